@@ -98,6 +98,8 @@ PRIMITIVES = 10_000
 """Primitives of a glTF file: a millisecond each."""
 REPEATED_FACES = 100_000
 """Triangles of a glTF file that are drawn again at the same place: 50 µs and 4 KB each."""
+DEFLATE_RATIO = 1032
+"""Bytes for which a byte of compressed data can stand: a file that promises more is damaged."""
 LIBRARY_BYTES = 16 << 20
 """Bytes of a material library."""
 

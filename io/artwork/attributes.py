@@ -5,7 +5,7 @@ from xml.etree.ElementTree import Element
 
 from ..svg import css
 from ..svg.document import local
-from ..svg.tree import TRANSFORMS, Document
+from ..svg.tree import LABEL, MODE, TRANSFORMS, Document
 
 SPACES = {
     "": "http://www.w3.org/2000/svg",
@@ -18,8 +18,7 @@ SPACES = {
 for _prefix, _name in SPACES.items():
     ElementTree.register_namespace(_prefix, _name)
 # Other attributes of Inkscape, and all of sodipodi, describe how to recompute a path from its original shape.
-_NAMED = {f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode")}
-_NAMED.add("{http://www.w3.org/XML/1998/namespace}space")
+_NAMED = {LABEL, MODE, "{http://www.w3.org/XML/1998/namespace}space"}
 # Namespaces of which attributes describe the original shape, or act: those of the web, of Inkscape and of Sodipodi.
 _NOT_FOREIGN = ("http://www.w3.org/", "http://www.inkscape.org/", "http://sodipodi.sourceforge.net/")
 # Attributes for the position of an element, which path data replace, and for conditions on drawing it.

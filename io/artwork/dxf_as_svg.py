@@ -7,11 +7,10 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from ..outlines.dxf import DRAWN, drawn_entities, library, load, unit_of
-from .attributes import SPACES
+from ..svg.tree import LABEL, MODE
 from .element import SVG
 
 FILLED = ("HATCH", "MPOLYGON", "SOLID", "TRACE")
-LABEL, MODE = (f"{{{SPACES['inkscape']}}}{name}" for name in ("label", "groupmode"))
 HAIRLINE_MILLIMETRES = 0.25
 """Width of lines for which the drawing states none: the default of CAD programs."""
 

@@ -32,10 +32,8 @@ from ..svg.tree import LINKS
 from .references import typed
 from .regions import Region
 
-LINK = LINKS[
-    1
-]  # with the prefix of SVG 1.1, since Inkscape 1.2 shows no pictures without it, and browsers do with it
-
+LINK = LINKS[1]
+"""With the prefix of SVG 1.1, since Inkscape 1.2 shows no pictures without it, and browsers do with it."""
 MOST_PIXELS = 1 << 24
 """Pixels of one resampled picture at most: more than screens and most prints show of a part of a drawing."""
 MOST_ENLARGEMENT_RATIO = 4

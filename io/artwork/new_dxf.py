@@ -9,7 +9,7 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
-from tinycss2.color3 import parse_color
+from tinycss2.color3 import RGBA
 
 from ...arrays import Complex, Real
 from ...errors import InputError
@@ -20,6 +20,7 @@ from ..svg import tree
 from ..svg.affine import Affine
 from ..svg.curves import Bezier
 from ..svg.document import local
+from ..svg.flat_areas import css_colour
 from ..svg.path_data import PenPath
 from .element import runs_of
 from .mapping import Places
@@ -27,7 +28,6 @@ from .mapping import Places
 VERSION = "R2010"
 MILLIMETRES_CODE = 4  # of $INSUNITS
 DEFAULT_LAYER = "0"
-MODE = "{http://www.inkscape.org/namespaces/inkscape}groupmode"
 FORBIDDEN_IN_LAYERS = str.maketrans(dict.fromkeys('<>/\\":;?*|=`', "_"))
 NOT_CUT = "line under a clip path or mask, written as a whole"
 WITHOUT_FILL = "filled shape, of which the outline is written"
@@ -102,7 +102,7 @@ def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[Line], Counter[str
     layers = dict[Element, str]()
     for group in document.top.iter():  # outer layers before those in them
         name = group.get(tree.LABEL) or group.get("id")
-        if group.get(MODE) == "layer" and name:
+        if group.get(tree.MODE) == "layer" and name:
             layers |= dict.fromkeys(group.iter(), name)
     lines, notes = list[Line](), Counter[str]()
     for node in document.shapes:
@@ -113,7 +113,7 @@ def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[Line], Counter[str
         notes[NOT_CUT] += bool(node.clips)
         notes[WITHOUT_FILL] += painted == "fill"
         layer = layers.get(node.element, DEFAULT_LAYER)
-        colour = _rgb(node.properties.get(painted, "black"), node.properties.get("color", "black"))
+        colour = _rgb(css_colour(node.properties.get(painted, "black"), node))
         for run in runs:
             pieces = [piece.under(to_millimetres) for piece in run.pieces]
             lines.append(Line(PenPath(to_millimetres(run.start), pieces, run.closed), layer, colour))
@@ -122,12 +122,9 @@ def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[Line], Counter[str
     return lines, notes
 
 
-def _rgb(paint: str, current: str) -> tuple[int, int, int] | None:
-    """Return a paint's colour; None if it is a gradient or pattern."""
-    colour = parse_color(paint)
-    if colour == "currentColor":
-        colour = parse_color(current)
-    if colour is None or isinstance(colour, str):
+def _rgb(colour: RGBA | None) -> tuple[int, int, int] | None:
+    """Return a colour as numbers to 255; None for None."""
+    if colour is None:
         return None
     red, green, blue = (round(255 * min(max(share, 0), 1)) for share in colour[:3])
     return red, green, blue

@@ -17,8 +17,6 @@ from .. import extras, files, limits
 from ..isolated import process
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
-DEFLATE_RATIO = 1032
-"""Largest number of bytes that a byte of compressed data can stand for."""
 MOST_DIMENSIONS = 6  # of an array of GIFTI
 MOST_DIGITS = 12  # of a size
 POINTSET, TRIANGLE = 1008, 1009
@@ -132,7 +130,7 @@ def _promised(path: Path, kind: str) -> int:
         head = file.read(MGH_HEADER_BYTES)
         ratio = 1
         if head.startswith(b"\x1f\x8b"):
-            ratio = DEFLATE_RATIO
+            ratio = limits.DEFLATE_RATIO
             file.seek(0)
             try:
                 head = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS).decompress(
@@ -184,7 +182,7 @@ def gifti(path: Path) -> dict[str, Any]:
         sides = [int(side[:MOST_DIGITS]) for side in re.findall(rb'Dim\d+\s*=\s*["\']\s*(\d+)', tag[0])]
         if (count and int(count[1][:MOST_DIGITS]) > MOST_DIMENSIONS) or math.prod(
             sides
-        ) > DEFLATE_RATIO * len(data):
+        ) > limits.DEFLATE_RATIO * len(data):
             raise InputError(f"{path}: damaged: an array promises more numbers than the file contains")
     return process.read(path, "gifti")
 

@@ -34,8 +34,6 @@ LEGACY_ARRAY = re.compile(
 NUMBERS_PER_BYTE = 8  # bits are the smallest
 OFFSETS_VERSION = re.compile(rb"# vtk DataFile Version (?:[5-9]|\d\d)")
 """Of legacy files that declare the number of offsets of their cells, which is one more than that of the cells."""
-DEFLATE_RATIO = 1032
-"""Largest number of bytes that a byte of compressed data can stand for."""
 MOST_POINTS_PER_FACE = 8
 """A file with more points than this for each face that may be read is refused before memory is allocated for them."""
 MODULES = (
@@ -77,7 +75,7 @@ class VtkFormat(MeshFormat):
                         f"{self.path}: damaged: an array promises more numbers than the file contains"
                     )
         else:
-            densest = DEFLATE_RATIO
+            densest = limits.DEFLATE_RATIO
             for kind, number in XML_COUNT.findall(data):
                 if kind == b"Points":
                     points += int(number)

@@ -39,7 +39,8 @@ _NEVER_RENDERED = {
 }
 _NEVER_RENDERED |= {"filter", "style", "view", "solidColor", "color-profile", "cursor", "font", "font-face"}
 _CSS_PATH = re.compile(r"""\s*path\(\s*(["'])([^"']*)\1\s*\)\s*""")
-LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
+LABEL, MODE = (f"{{http://www.inkscape.org/namespaces/inkscape}}{name}" for name in ("label", "groupmode"))
+"""Attributes of Inkscape: the name that people give an element, and "layer" for groups that are layers."""
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 EFFECTS = {"clip-path": "clipPath", "mask": "mask", "filter": "filter"}
 """Properties that apply to what an element and its content paint, and the elements that they refer to."""
