@@ -19,9 +19,8 @@ from .maps.triangulated.map import TriangulatedMap
 from .polygons import rings_of
 
 ROUNDED_WIDTH_SHARE = 1e-9  # relative to the diagonal: narrower pieces are ignored
-SAMPLED_WELL_SHARE = (
-    0.6  # of a drawing: if less seems to be covered, thin parts may have been missed by samples
-)
+SAMPLED_WELL_SHARE = 0.6
+"""Of a drawing: if less seems to be covered, thin parts may have been missed by samples."""
 THIN_WIDTH_SHARE = 1e-4  # relative to the diagonal: narrower pieces are due to outlines that nearly coincide
 
 

@@ -11,9 +11,8 @@ within it.
 """
 ASYMMETRY_SAMPLES = 1000  # points of an outline at which that is measured
 MOST_AXES = 12  # of an outline; one with more counts as a disc, whose axes have all directions
-LEAST_MOMENT_SHARE = (
-    1e-3  # moment of an outline, relative to the largest possible one, below which it is zero
-)
+LEAST_MOMENT_SHARE = 1e-3
+"""Moment of an outline, relative to the largest possible one, below which it is zero."""
 
 
 def asymmetry(curve: Curve, point: complex, direction: complex) -> float:

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from .raster import depths, doubled, nearest
 
+BAND_ROWS = 64
+"""Rows that are filled at once from their nearest pixels."""
+
 
 def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "push-pull") -> None:
     """Fill unknown pixels from known ones, in place.
@@ -50,17 +53,13 @@ def fill_from_nearest(
     if not known.any():
         return
     source, away = nearest(known)
-    for row in range(
-        0, len(pixels), BAND_ROWS
-    ):  # the numbers of all pixels take more memory than the picture
+    # in bands, since the numbers of all pixels take more memory than the picture
+    for row in range(0, len(pixels), BAND_ROWS):
         rows = slice(row, row + BAND_ROWS)
         fill = unknown[rows] if reach < 0 else unknown[rows] & (away[rows] <= reach)
         places = np.divmod(source[rows][fill], pixels.shape[1])
         for channel in channels:
             pixels[rows, :, channel][fill] = pixels[..., channel][places]
-
-
-BAND_ROWS = 64  # rows that are filled at once
 
 
 class _Level(NamedTuple):

@@ -170,13 +170,11 @@ def cleared(area: shapely.Geometry, holes: Sequence[Complex]) -> list[Complex]:
     """
     low, high = bounding_box(np.concatenate(rings_of(area)))
     hairline = HAIRLINE_SHARE * abs(high - low)
-    inside = shapely.buffer(
-        fill_holes(area), -hairline
-    )  # the outer boundaries stay, between which paper lies
+    # the outer boundaries stay, between which paper lies
+    inside = shapely.buffer(fill_holes(area), -hairline)
     polygons = [shapely.make_valid(shapely.Polygon(xy_of(hole))) for hole in holes]
-    below = unite(
-        shapely.buffer(polygons, hairline)
-    )  # also below the edge of the drawing, so that none is seen there
+    # also below the edge of the drawing, so that none is seen there
+    below = unite(shapely.buffer(polygons, hairline))
     return rings_of(shapely.difference(area, shapely.intersection(below, inside)))
 
 

@@ -33,13 +33,11 @@ SAME_COLOUR_LEVELS = 24
 LEAST_OVERLAP_SHARE = 0.1
 """Of the union of two areas of different colours: with less in common, one would swell from the other's small parts."""
 MOST_COST = 3.0  # of pairs: above that of any pair with something in common
-BEYOND_SHARE = (
-    1e-3  # relative to its area: a drawing that paints more outside of the mapped part is not flat areas
-)
+BEYOND_SHARE = 1e-3
+"""Relative to its area: a drawing that paints more outside of the mapped part is not flat areas."""
 SLIVER_SHARE = 1e-7  # relative to the drawing's area: a smaller part of an area is rounding
-STRAIGHT_SHARE = (
-    1e-7  # relative to the size of an area: vertices that are closer to a straight edge are left out
-)
+STRAIGHT_SHARE = 1e-7
+"""Relative to the size of an area: vertices that are closer to a straight edge are left out."""
 LEVELS = 255
 
 
