@@ -3,7 +3,6 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 BASE   := $(VENV)/.base
-PLOT   := $(VENV)/.plot
 TESTS  := $(VENV)/.tests
 LARGE  := $(VENV)/.large
 PAGES  := $(VENV)/.docs
@@ -19,14 +18,10 @@ export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: demo figma test test-slow test-portable lint lint-page lint-types docs generated bench gallery wheels release wasm clean
 
-# The environment grows as it is needed: iccm itself, what figures of maps need, what its tests need, and the large libraries of some extras.
+# The environment grows as it is needed: iccm itself with its figures, what its tests need, and the large libraries of some extras.
 $(BASE): pyproject.toml setup.py
-	$(PYTHON) -m venv $(VENV)
+	$(PYTHON) -m venv --without-pip $(VENV)
 	@$(BIN)/python packaging/install.py
-	touch $@
-
-$(PLOT): $(BASE)
-	@$(BIN)/python packaging/install.py plot
 	touch $@
 
 $(TESTS): $(BASE)
@@ -44,7 +39,7 @@ $(CORE): $(BASE) $(shell find core -name '*.cpp' -o -name '*.h' -o -name '*.py')
 	    $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps -e .
 	touch $@
 
-demo: $(CORE) $(PLOT)
+demo: $(CORE)
 	@echo "Running the samples; each line names the picture that it wrote:"
 	@$(BIN)/python samples/run.py
 	@echo "Next: source $(VENV)/bin/activate, then iccm map --help"

@@ -11,7 +11,7 @@ from setuptools.command.build_ext import build_ext
 ROOT = Path(__file__).resolve().parent
 sys.path.insert(0, str(ROOT / "core"))
 
-from compile import FOLDER, compile_core, find_compiler, library_names, sources  # noqa: E402
+from compile import compile_checkout, compile_core, find_compiler, library_names, sources  # noqa: E402
 from package_folders import package_folders  # noqa: E402
 from package_page import description, links, repository  # noqa: E402
 
@@ -23,14 +23,18 @@ class BuildCore(build_ext):
         """Write the libraries, all at once; setuptools copies them beside the sources if that is asked for.
 
         For an editable installation, the objects are kept in the checkout, as by `core/compile.py`, so that nothing is
-        compiled twice.
+        compiled twice, and only the variant for this processor is compiled.
         """
         folder = Path(self.build_lib) / "iccm" / "native" / "lib"
         if self.editable_mode:
-            compile_core(FOLDER, find_compiler())
             folder.mkdir(parents=True, exist_ok=True)
-            for name in library_names():
-                shutil.copy2(FOLDER / name, folder)
+            libraries = compile_checkout()
+            for library in libraries:
+                shutil.copy2(library, folder)
+            compiled = {library.name for library in libraries}
+            self.extensions = [
+                one for one in self.extensions if FILES[one.name.rpartition(".")[2]] in compiled
+            ]
             return
         compile_core(folder.resolve(), find_compiler(), Path(self.build_temp).resolve() / "core")
 

@@ -41,6 +41,8 @@ from typing import Any, NoReturn
 import click
 
 from .. import __version__
+from ..errors import InputError
+from ..io import extensions
 from . import logs, process
 from .logs import EXIT_INPUT, Unread, explain
 
@@ -71,13 +73,18 @@ class Commands(click.Group):
     """A group that lists its commands with one-line descriptions without importing them."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the commands in the order of the table."""
-        return list(COMMANDS)
+        """Return the commands in the order of the table, then those of extensions."""
+        return [*COMMANDS, *extensions.commands()]
 
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         """Import and return the command that is used."""
         if name not in COMMANDS:
-            return None
+            command = extensions.command_of(name)
+            if command is not None and not isinstance(command, click.Command):
+                raise InputError(
+                    f"{name}: the extension names a {type(command).__name__}, not a command of click"
+                )
+            return command
         return import_module(f".{name}", __package__).command
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -94,7 +101,7 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that is named first; for an unknown name, suggest what was probably meant."""
         name = args[0]
-        if name in COMMANDS:
+        if name in COMMANDS or name in extensions.commands():
             return super().resolve_command(ctx, args)
         if Path(name).suffix and not Path(name).is_dir():
             files = [argument for argument in args if argument not in COMMANDS]
@@ -116,6 +123,9 @@ class Commands(click.Group):
         """Write the table of commands, without importing them."""
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
+        if added := extensions.commands():
+            with formatter.section("Commands of extensions"):
+                formatter.write_dl([(name, f"From the package {origin}.") for name, origin in added.items()])
 
 
 @click.group(

@@ -51,6 +51,11 @@ def command(maps: tuple[str, ...], input: str, output: str, **arguments: Any) ->
     picture of floats that gives for each pixel the position from which its colour is taken: red runs from 0 at the
     left edge to 1 at the right edge, green from 0 at the bottom to 1 at the top, alpha is the coverage.
 
+    MAP can also be a field written by `iccm field` or other programs: a displacement field of ITK (.nrrd .mha .nii), or
+    arrays map_x and map_y for OpenCV's remap (.npz).
+
+    A name with <UDIM> stands for all tiles of a UV layout, such as 'leaf.<UDIM>.exr'.
+
     \b
     iccm map rose.svg leaf.svg -o leaf.npz --stmap leaf.exr
     iccm apply leaf.npz petals.jpg -o petals-on-leaf.png
@@ -58,11 +63,6 @@ def command(maps: tuple[str, ...], input: str, output: str, **arguments: Any) ->
     iccm apply leaf.npz cells.geojson --inverse -o on-rose.geojson
     iccm apply leaf.npz inverse:heart-leaf.npz cells.geojson -o on-heart.geojson
     iccm apply leaf.exr normal.png --kind normal -o leaf-normal.png
-
-    MAP can also be a field written by `iccm field` or other programs: a displacement field of ITK (.nrrd .mha .nii), or
-    arrays map_x and map_y for OpenCV's remap (.npz).
-
-    A name with <UDIM> stands for all tiles of a UV layout, such as 'leaf.<UDIM>.exr'.
 
     Exit code: 0 done, 1 the result is empty, 2 wrong input.
     """
@@ -106,9 +106,14 @@ def _saved(maps: Sequence[str], input: str, output: str, arguments: dict[str, An
         counts = carry_geometry(
             steps, input, output, force=arguments["force"], tell=logs.log.warning, **geometry_options
         )
-        carried = ", ".join(f"{count} {kind.replace('_', ' ')}" for kind, count in counts.items() if count)
+        carried = ", ".join(
+            f"{counts[kind]} {kind}" for kind in ("points", "lines", "polygons") if counts[kind]
+        )
+        written = [path for path in (output, geometry_options["report"]) if path not in ("-", None)]
+        if any(counts.values()) and not carried:
+            return written, f"{input}: all of it lies outside of the map, so the result is empty"
         logs.log.info(f"carried {carried or 'nothing, since the file has no points, lines or polygons'}")
-        return [path for path in (output, geometry_options["report"]) if path not in ("-", None)], ""
+        return written, ""
     drawings = (".svg", ".svgz", ".dxf")
     error = geometry_options.pop("max_line_error") if name in drawings else None
     refuse_given(geometry_options, arguments, f"is for points, lines and polygons, and {input} contains none")
@@ -157,9 +162,8 @@ def _stmap(stmap: str, image: str, output: str, arguments: dict[str, Any]) -> Ca
             for note in (*picture.notes, *(f"{name}: {loss}" for loss in losses)):
                 logs.log.warning(note)
             path = stack.enter_context(files.writing(name, force=arguments["force"]))
-            maps.apply(st, picture, path, tiles=box, **sampling)
-            faults.append(maps.shows_nothing(st))
-    return outputs, f"{stmap}: {faults[0]}, so the result is empty" if all(faults) else ""
+            faults.append(maps.apply(st, picture, path, tiles=box, **sampling))
+    return outputs, f"{stmap}: {faults[0]}, so the result shows nothing" if all(faults) else ""
 
 
 def _tiles(stmap: str, output: str) -> list[tuple[str, str]]:

@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import click
@@ -37,6 +38,13 @@ class BatchCommand(options.Command):
         "'out/{source.stem}.png'), or a manifest (iccm init writes an example)"
     )
     passed_on = PASSED_ON
+    shown_of_passed_on = MappingProxyType(
+        {
+            "output": "File for each job, such as 'out/{source.stem}.png', or a folder, such as out/.",
+            "texture": "",
+            "size": "",
+        }
+    )
 
 
 @click.command("batch", cls=BatchCommand)
@@ -45,9 +53,9 @@ class BatchCommand(options.Command):
 def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **arguments: Any) -> int:
     """Run the jobs of a MANIFEST, or map each of SOURCES onto TARGET.
 
-    SOURCES are files, patterns ('icons/*.svg', in quotes) or folders; options of `iccm map` apply to all of them. The
-    name after -o contains {source.stem}, or is a folder. For anything more complex write a manifest (TOML, or JSON
-    Lines; - for stdin); `iccm init` writes an example:
+    SOURCES are files, patterns ('icons/*.svg', in quotes) or folders, and TARGET may be a pattern, too; options of
+    `iccm map` apply to all of them. The name after -o contains {source.stem} or {target.stem}, or is a folder. For
+    anything more complex write a manifest (TOML, or JSON Lines; - for stdin); `iccm init` writes an example:
 
     \b
     [defaults]
@@ -62,6 +70,7 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **arguments:
 
     \b
     iccm batch 'icons/*.svg' shield.svg -o 'out/{source.stem}.svg'
+    iccm batch heart.svg 'icons/*.svg' -o 'out/{target.stem}.svg'
     iccm batch icons shield.svg --size 256 -o out/
     iccm batch jobs.toml --root out
     iccm batch jobs.toml --resume | jq -r 'select(.status != "done") | .name'

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from shlex import quote
 
 import click
 
@@ -19,9 +20,9 @@ SHELLS = ("bash", "zsh", "fish")
 def command(action: str, shell: str | None) -> int:
     """Set up completion of commands, options and files in the shell.
 
-    `install` writes the completion script to the place where the shell looks for it. bash and fish find it
-    automatically; for zsh, one line is added to the end of .zshrc, once. With the name of a shell, the script is
-    printed.
+    `install` writes the completion script to the place where the shell looks for it. fish finds it automatically, as
+    does bash with the package bash-completion; for zsh, one line is added to the end of .zshrc, once. With the name of
+    a shell, the script is printed.
 
     \b
     iccm completion install
@@ -54,8 +55,9 @@ def command(action: str, shell: str | None) -> int:
         logs.log.info(f"wrote {path}")
     if shell == "zsh":
         _name_in_zshrc(path)
-    also = " (this needs the package bash-completion)" if shell == "bash" else ""
-    logs.log.info(f"open a new {shell} to complete iccm commands{also}")
+    logs.log.info(f"open a new {shell} to complete iccm commands")
+    if shell == "bash":
+        logs.log.info(f"if it does not, add this line to ~/.bashrc: source {quote(str(path))}")
     return 0
 
 
@@ -86,8 +88,6 @@ def _place(shell: str) -> Path:
 
 def _name_in_zshrc(script: Path) -> None:
     """Append the line that loads the script to .zshrc, unless it is already there. Other lines stay unchanged."""
-    from shlex import quote
-
     path = Path(os.environ.get("ZDOTDIR") or Path.home()) / ".zshrc"
     ready = "(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }"
     line = f"{ready}; source {quote(str(script))}".encode()

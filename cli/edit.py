@@ -34,13 +34,13 @@ def command(**arguments: Any) -> int:
     for package in ("starlette", "uvicorn", "websockets"):
         extras.load("iccm edit", package)
     from ..io.edit import server
-    from ..io.edit.workspace import Workspace
+    from ..io.edit.workspace import EditedFiles
 
     port, browser = arguments.pop("port") or 0, not arguments.pop("no_browser")
     arguments.pop("threads")
     process.leave_signals()
     gc.enable()  # it runs long
-    workspace = Workspace(**options.values(arguments))
+    workspace = EditedFiles(**options.values(arguments))
     for note in workspace.session.view.notes if workspace.session else ():
         logs.tell(note)
     server.serve(workspace, port=port, browser=browser, show=click.echo)

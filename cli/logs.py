@@ -32,6 +32,8 @@ POOR_LEVEL = 35
 """Log level of notes about the result, which --quiet does not hide."""
 IN_PARENTHESES = re.compile(r"\(([a-z_]+)\)(?=[.;:,]|$)")
 """A name of an option or figure in a note."""
+KEYWORD = re.compile(r"\b([a-z_]+)='([a-z-]+)'")
+"""A remedy in a note, as it is written in Python."""
 NARROWEST_COLUMNS = 40
 """Columns to which messages are wrapped at least, also on narrower terminals."""
 INDENTED = {
@@ -132,6 +134,9 @@ def configure(verbosity: int, form: str) -> None:
     handler = _Stderr()
     handler.setFormatter(_Json() if form == "json" else _Text())
     log.handlers[:] = [handler]
+    root = logging.getLogger()
+    if not root.handlers:  # else what libraries log about damaged files would go to stderr
+        root.addHandler(logging.NullHandler())
     log.propagate = False
     levels = {-1: POOR_LEVEL, 0: logging.INFO, 1: logging.DEBUG}
     log.setLevel(levels[max(-1, min(verbosity, 1))])
@@ -155,19 +160,26 @@ def tell(remark: str) -> None:
 
 
 def with_options(remark: str) -> str:
-    """Return a note with the options that it names in parentheses as they are typed; figures of reports stay.
+    """Return a note with the options that it names, in parentheses or as in Python, as they are typed.
+
+    Figures of reports stay.
 
     >>> with_options("Exact pins meet theirs (exact_pins).")
     'Exact pins meet theirs (--exact-pins).'
     >>> with_options("43% of the target drawing stays bare (covered).")
     '43% of the target drawing stays bare (covered).'
+    >>> with_options("fit='cover' covers all of it.")
+    '--fit cover covers all of it.'
     """
     from ..io.options import options_of
 
     def typed(name: re.Match[str]) -> str:
         return f"(--{name[1].replace('_', '-')})" if name[1] in options_of() else name[0]
 
-    return IN_PARENTHESES.sub(typed, remark)
+    def remedy(keyword: re.Match[str]) -> str:
+        return f"--{keyword[1].replace('_', '-')} {keyword[2]}" if keyword[1] in options_of() else keyword[0]
+
+    return KEYWORD.sub(remedy, IN_PARENTHESES.sub(typed, remark))
 
 
 def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:
@@ -180,10 +192,9 @@ def conclude(name: str, outcome: Outcome, figures: Iterable[str]) -> int:
 
 
 def silence_others() -> None:
-    """Silence warnings and logs of other libraries, such as NumPy and trimesh."""
+    """Silence warnings of other libraries, such as NumPy and trimesh; `configure` silences their logs."""
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
-    logging.getLogger().addHandler(logging.NullHandler())
 
 
 def apply(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:

@@ -54,7 +54,7 @@ def command(
     iccm map rose.svg leaf.svg --texture petals.jpg -o rose-leaf.png --size 2048
     iccm map rose.svg leaf.svg --pin 256,256:256,300 --pin 256,80:256,80
     iccm map rose.svg leaf.svg -o rose-leaf.svg -o rose-leaf.npz
-    iccm map --text "Hello" leaf.svg -o hello-leaf.svg
+    iccm map --text Hello leaf.svg --fit box -o hello-leaf.svg
 
     Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """

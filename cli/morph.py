@@ -23,7 +23,8 @@ def command(source: str, target: str, **arguments: Any) -> int:
 
     \b
     iccm morph rose.svg leaf.svg -o rose-leaf.webp
-    iccm morph rose.svg leaf.svg --texture petals.jpg -o rose-leaf.gif
+    iccm morph rose.svg leaf.svg --back-and-forth -o rose-leaf.gif
+    iccm morph rose.svg leaf.svg -o rose-leaf.css.svg
     iccm morph rose.svg leaf.svg -o 'm-{number}.svg'
 
     Exit code: 0 done, 1 the last frame differs from the target, 2 wrong input.
@@ -31,7 +32,9 @@ def command(source: str, target: str, **arguments: Any) -> int:
     from ..io.run.job import make
     from ..io.run.morph import MorphSettings, run
 
-    settings = MorphSettings(*(arguments.pop(name) for name in ("frames", "target_texture", "fps")))
+    settings = MorphSettings(
+        *(arguments.pop(name) for name in ("frames", "target_texture", "fps", "back_and_forth"))
+    )
     threads = arguments.pop("threads")
     with status.show_status() as listener:
         job = make(options.values({"source": source, "target": target, **arguments}))

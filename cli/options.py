@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Literal, get_args, get_origin
 
 import click
@@ -12,6 +13,7 @@ import click
 from .. import __version__, deadline
 from ..io.option_groups import MOST_SHORT_HELP_OPTIONS, TOPICS, grouped, of_topic
 from ..io.options import (
+    NAMES,
     TABLE,
     CommonOptions,
     JobOptions,
@@ -27,19 +29,25 @@ from . import logs, settings
 from .logs import apply, styled
 
 
-class _File(click.Path):
-    """The name of a file, which is not empty."""
+class _Name(click.types.StringParamType):
+    """A name, which is not empty."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the name, or fail if it is empty."""
+        """Return the name, or fail if it is empty, as an unset variable of a shell makes it."""
         if value == "" and param is not None:
             name = max(param.opts, key=len) if isinstance(param, click.Option) else param.human_readable_name
             raise click.UsageError(f"{name}: {EMPTY_NAME}", ctx)
         return super().convert(value, param, ctx)
 
 
+class _File(_Name, click.Path):
+    """The name of a file, which shells complete."""
+
+
+NAME = _Name()
+"""The value of an option that is a name of something else than a file."""
 FILE = _File(readable=False)
-"""An argument that is a file. Shells complete its name; whether it exists is checked when it is read."""
+"""An argument that is a file; whether it exists is checked when it is read."""
 MESSAGES = options_of(MessageOptions).keys()
 ALL = "all"
 """The topic of help that lists all options."""
@@ -55,7 +63,9 @@ class Command(click.Command):
     missing = ""
     """Message for a missing argument."""
     passed_on: tuple[str, ...] = ()
-    """Options of other commands that it accepts without listing them in its help."""
+    """Options of `iccm map` that it accepts for jobs."""
+    shown_of_passed_on: Mapping[str, str] = MappingProxyType({})
+    """Those that its help shows, with their text; empty: that of `iccm map`."""
 
     @property
     def rows(self) -> dict[str, Option]:
@@ -134,6 +144,10 @@ class Command(click.Command):
             briefs = {name: option.brief for name, option in self.rows.items() if option.brief}
             records |= {name: (records[name][0], brief) for name, brief in briefs.items() if name in records}
         sections = _sections(self.name or "", self.rows, list(records), topic)
+        if self.shown_of_passed_on and topic in ("", ALL):
+            heading = styled("Options of each job (iccm map --help lists all)", sys.stdout, bold=True)
+            with formatter.section(heading):
+                formatter.write_dl([self._record_of_passed_on(name) for name in self.shown_of_passed_on])
         for title, example, names in sections:
             heading = styled(title, sys.stdout, bold=True) + (f", such as {example}" if example else "")
             with formatter.section(heading):
@@ -144,6 +158,12 @@ class Command(click.Command):
             ):
                 topics = [(word, TOPICS[word].title) for word in _topics_of(self.rows)]
                 formatter.write_dl([*topics, (ALL, "All options")])
+
+    def _record_of_passed_on(self, name: str) -> tuple[str, str]:
+        """Return what help shows of an option of `iccm map`: its names and its text."""
+        option = self.accepted[name]
+        names = ", ".join(filter(None, [option.short, _dashed(name)]))
+        return f"{names} {option.metavar}", self.shown_of_passed_on[name] or option.brief
 
 
 def _sections(
@@ -326,7 +346,7 @@ def _type(hint: Any, option: Option) -> Any:
 
 def _text(option: Option) -> Any:
     """Return the click type of text, or of a file name, which shells complete."""
-    return FILE if option.names_files else str
+    return FILE if option.names_files else NAME if option.metavar in NAMES else str
 
 
 def _checked(hint: Any, option: Option) -> Callable:

@@ -30,7 +30,7 @@ def show_status() -> Iterator[Listener | None]:
     if not (sys.stderr.isatty() and logs.is_verbose()):
         yield None
         return
-    line = Line()
+    line = StatusLine()
     with heard(line), line.ticking():
         yield line
 
@@ -43,7 +43,7 @@ def show_phases(step: str) -> Iterator[None]:
         yield
 
 
-class Line:
+class StatusLine:
     """The status line, with the latest report of progress."""
 
     def __init__(self) -> None:

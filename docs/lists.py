@@ -1,18 +1,23 @@
 """Write lists that follow from tables of the code into files that cannot read them: python docs/lists.py
 
 These are the values of `--fit` in the menus of `iccm edit` and of the plug-ins, the commands in the README, the mesh
-formats in the reference, what is kept of files of other programs, and the extras on the page on installation.
+formats in the reference, what is kept of files of other programs, the extras on the page on installation, the
+figures of reports with their JSON schemas, and the constants of the solver that the demo's search shares.
 """
 
 import ast
+import importlib
+import json
 import re
 from collections.abc import Callable
+from functools import partial
 from html import escape
 from pathlib import Path
 
 from iccm.cli import COMMANDS
 from iccm.fits import FITS, FitMode
 from iccm.io.extras import PURPOSES
+from iccm.io.figure_table import REPORTS, page_rows, schema_of
 from iccm.io.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -62,6 +67,7 @@ def extras() -> str:
 
 OTHER_PROGRAMS = {
     "svg": ("Inkscape, Illustrator, Affinity, Figma", "`.svg` as a target"),
+    "inkstitch": ("Ink/Stitch", "`.svg`"),
     "dxf": ("CAD, cutters", "lines of `.svg` as `.dxf`, and back"),
     "units": ("Blender, modelers", "`.glb` `.usd` `.3mf`, flattened as `.svg` `.dxf`"),
     "plain": ("modelers", "`.obj` `.stl` `.ply`, flattened"),
@@ -70,7 +76,7 @@ OTHER_PROGRAMS = {
     "imagej": ("ImageJ, Fiji", "`.tif`"),
     "ome": ("OME writers", "`.ome.tif`"),
     "labels": ("Cellpose, ilastik, QuPath", "labels in `.tif` `.png`"),
-    "geojson": ("QuPath, mapshaper, tippecanoe", "bare lists, TopoJSON, lines of GeoJSON"),
+    "geojson": ("QuPath, mapshaper, tippecanoe", "lists of features, TopoJSON, one feature per line"),
     "gis": ("QGIS, ArcGIS, Google Earth", "`.gpkg#layer` `.shp` `.kml` `.fgb`"),
 }
 """Programs and files, by the names that the marks `keeps` and `loses` of tests give them."""
@@ -95,6 +101,16 @@ def files_of_programs() -> str:
         key: ["; ".join(stated.get((key, kind), {})) for kind in ("keeps", "loses")] for key in OTHER_PROGRAMS
     }
     return "".join(f"| {' | '.join([*columns, *cells[key]])} |\n" for key, columns in OTHER_PROGRAMS.items())
+
+
+IN_SCHEMA_ONLY = ("Rigid regions", "Meshes", "Pictures")
+"""Sections of the report's schema that few readers look up, which the page leaves out."""
+FIGURE_HEADER = "| key | unit | meaning |\n|---|---|---|\n"
+
+
+def figures(report: str, section: str) -> str:
+    """Return the rows of the figures in a section of a kind of report."""
+    return page_rows(REPORTS[report].sections[section])
 
 
 LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
@@ -130,9 +146,72 @@ LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
         "\n",
         files_of_programs,
     ),
+    *(
+        (
+            "docs/reference/report.md",
+            f"## {section}\n\n{FIGURE_HEADER}",
+            "\n",
+            partial(figures, "report", section),
+        )
+        for section in REPORTS["report"].sections
+        if section not in IN_SCHEMA_ONLY
+    ),
     ("docs/start.md", "| extra | adds |\n|---|---|\n", "\n", extras),
 ]
 """For each list: its file, the line before it, the line after it, and the function that writes it."""
+
+
+WEB_CONSTANTS = {
+    "linalg.fronts": "LEAST_FRONT_VERTICES MOST_ZEROS_SHARE",
+    "linalg.ordering": "FIRST_ENTRIES_PER_VERTEX",
+    "pins": "MOST_TOLERANCES RADIUS_OUTLINE_DISTANCES RADIUS_PIN_DISTANCES RADIUS_SHARE TOLERANCE_SHARE",
+    "balanced.constraints.soft": "COST_AT_TOLERANCE STIFFNESS",
+    "balanced.minimise.energy": "BOTH_AREAS",
+    "balanced.minimise.sliding": "HELD OUTLINE_WEIGHT SLIDING",
+    "balanced.minimise.soft_pins": "CORE_MARGIN_RATIO CORE_SHARE FEWEST_CORE_VERTICES LARGEST_CORE_RADIUS "
+    "WORST_CONDITION_NUMBER",
+    "balanced.minimise.unfold": "BARE RINGS STEPS=LOCAL_STEPS POLISHING=LOCAL_POLISHING",
+    "balanced.minimise.untangle": "DEEP ENOUGH LEAST_EPSILON LEAST_WEIGHT PACE POLISHED SHRINK SLOW "
+    "STEPS=UNTANGLE_STEPS",
+    "balanced.model.boundary_pairs": "BOTH MERGED_SPACING_SHARE SOURCE TARGET",
+    "balanced.model.discrete_map": "BADLY_STRETCHED EASED EASING_STEPS FORWARD GOOD_ENOUGH SETTLED SMOOTHED_RINGS "
+    "SMOOTHINGS LOCAL=LOCAL_SHARE",
+    "balanced.model.energy": "UPRIGHT",
+    "balanced.model.mesh_sizes": "GRID_CELLS_ACROSS MOST_FINER_AT_PINS MOST_MAGNIFIED MOST_MORE_AT_PINS "
+    "TRIANGLES_A_RADIUS",
+    "balanced.model.outline": "SHARP_CORNER_RADIANS",
+    "balanced.model.outline_split": "SAME_PLACE_SHARE SNAPPED_EDGE_SHARE",
+    "balanced.search.candidates": "ALIKE CLOSE FINALISTS PROMISING_ENERGY_RATIO RELEASE_GAIN_SHARE RELEASE_ROUNDS "
+    "ROUNDS SCREENING SETTLING",
+    "balanced.search.final_mesh": "AIMED_LIMITS BLOCKED_ENERGY BLOCKED_MISS FINE_EXACTNESS LAST_DECREASE "
+    "LAST_DECREASE_WITH_PINS LAST_ROUNDS LAST_STEPS MOST_STIFFENED NARROW_AIM STEEPEST_FINE STIFFENINGS "
+    "TRIANGLES_PER_AREA",
+    "balanced.search.initial_matches": "ANY_TURN ARCLENGTH_SHIFTS CYCLIC_SHIFTS DIFFERENT_MATCH_DISTANCE MOST_TURNED "
+    "OUTLINE_SAMPLES POSITION_WEIGHT TANGENT_CHORD_SHARE TURNS STEPS=MATCH_STEPS",
+    "balanced.search.levels": "BACKWARD_STEPS FINE_BACKWARD FINE_POWER FINE_ROUNDS MOST_PAIRS MOST_START_VERTICES "
+    "PATIENT_STEPS RELEASED_STEPS SPACING_MESH_SIZES",
+    "balanced.search.multilevel": "COARSE_EXACTNESS COARSE_MESH_SIZE COARSE_SIZE_BY_LENGTH FINE_MESH_SIZE STEEPEST",
+    "balanced.search.pin_continuation": "TURNED_STARTS",
+    "balanced.search.unit_problem": "FINAL_TRIANGLES",
+    "io.edit.map_choice": "AGREED_DIAGONAL_SHARE MOST_POINTS_SHARE",
+    "io.edit.session": "STILL_SHARE",
+}
+"""By module of iccm: the constants that the demo's search shares, where needed with another name there."""
+
+
+def web_constants() -> str:
+    """Return the text of the demo's module of constants."""
+    lines = [
+        "// Constants that the search shares with iccm, where they are explained. Written by `make generated`."
+    ]
+    for module, names in WEB_CONSTANTS.items():
+        lines += ["", f"// iccm.{module}"]
+        values = vars(importlib.import_module(f"iccm.{module}"))
+        for name in names.split():
+            python_name, _, web_name = name.partition("=")
+            value = json.dumps(values[python_name], default=lambda array: array.tolist())
+            lines.append(f"export const {web_name or python_name} = {value};")
+    return "\n".join(lines) + "\n"
 
 
 def with_list(text: str, before: str, after: str, items: str) -> str:
@@ -153,6 +232,10 @@ def files() -> dict[Path, str]:
     texts = {ROOT / name: (ROOT / name).read_text(encoding="utf-8") for name, *_ in LISTS}
     for name, before, after, items in LISTS:
         texts[ROOT / name] = with_list(texts[ROOT / name], before, after, items())
+    texts[ROOT / "web" / "constants.js"] = web_constants()
+    for name in REPORTS:
+        schema = json.dumps(schema_of(name), indent=1, ensure_ascii=False)
+        texts[ROOT / "docs" / "reference" / "schemas" / f"iccm.{name}-1.json"] = f"{schema}\n"
     return texts
 
 

@@ -12,8 +12,8 @@ Complex = NDArray[np.complex128]
 Real = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-Numbers = complex | Sequence[complex] | NDArray[np.complexfloating[Any, Any]]
-"""Points as complex numbers, of any shape."""
+Numbers = Sequence[complex] | NDArray[np.complexfloating[Any, Any]]
+"""Points as complex numbers, of any shape; one number is a `complex`."""
 Pairs = Sequence[float] | Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
 """Points as pairs of real numbers, (…, 2)."""
 Box = tuple[complex, complex]
@@ -36,7 +36,7 @@ def as_complex(z: ArrayLike | Sequence, name: str, columns: int = 0) -> Complex:
         if array.dtype.kind in "iuf" and array.ndim == 2 + bool(columns) and array.shape[-1] == 2:
             array = np.ascontiguousarray(array, np.float64).view(np.complex128)[..., 0]
         z = np.asarray(array, dtype=np.complex128)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{name}: cannot be read as an array of complex numbers x + iy ({error})") from error
     if z.ndim != 1 + bool(columns) or (columns and z.shape[1] != columns):
         expected = f"(n, {columns})" if columns else "(n,)"
@@ -58,7 +58,7 @@ def as_points(z: ArrayLike) -> Complex:
         if array.dtype.kind not in "iufcb":
             raise ValueError("not numbers")
         points = np.asarray(array, dtype=np.complex128)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"points: cannot be read as complex numbers x + iy, or as pairs ({error})") from None
     if array.dtype.kind in "iuf" and array.ndim > 0 and array.size:
         raise InputError(
@@ -76,6 +76,15 @@ def complex_of(xy: Real) -> Complex:
     """Return complex numbers (...) from pairs (..., 2) of real and imaginary parts."""
     z: Complex = xy @ np.array([1, 1j])
     return z
+
+
+def unit_vectors(vectors: Real) -> Real:
+    """Return vectors (..., d) divided by their lengths; vectors of length 0 stay 0.
+
+    >>> unit_vectors(np.array([[3.0, 4.0], [0.0, 0.0]])).tolist()
+    [[0.6, 0.8], [0.0, 0.0]]
+    """
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
 def at_vertices(values: Real, faces: Index, count: int) -> Real:

@@ -12,7 +12,7 @@ from shapely.validation import explain_validity
 from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .buckets import SegmentGrid
 from .errors import InputError
-from .plane import bounding_box, distinct, polygon_area
+from .plane import bounding_box, distinct, polygon_area, segment_distances
 
 HAUSDORFF_ERROR_SHARE = 0.01  # relative error of a Hausdorff distance, which may be too small by this
 MOST_COORDINATE = 1e100  # products of four coordinates do not overflow
@@ -27,7 +27,8 @@ class Curve:
         z: (n,) complex vertices; a closed curve does not repeat the first one.
         closed: whether the last vertex joins the first.
 
-    >>> square = Curve.domain([0, 2, 2 + 2j, 2j])
+    >>> import iccm
+    >>> square = iccm.Curve.domain([0, 2, 2 + 2j, 2j])
     >>> float(square.area), float(square.length), square.closed
     (4.0, 8.0, True)
     >>> square.contains(np.array([1 + 1j, 3 + 1j]))
@@ -53,9 +54,14 @@ class Curve:
         if abs(curve.area) <= smallest and curve.polygon.convex_hull.area <= smallest:
             raise InputError(f"{name}: the outline encloses no area")
         if not curve.polygon.is_valid:
-            why = explain_validity(curve.polygon)
-            verb = "touches" if why.startswith("Ring") else "crosses"
-            raise InputError(f"{name}: the outline {verb} itself: {why}; remove this place")
+            why, _, place = explain_validity(curve.polygon).rstrip("]").partition("[")
+            x, y = (f"{float(number):.6g}" for number in place.split()[:2])
+            verb, remedy = (
+                ("touches", "separate its parts there")
+                if why.startswith("Ring")
+                else ("crosses", "remove the crossing")
+            )
+            raise InputError(f"{name}: the outline {verb} itself at ({x}, {y}); {remedy}")
         if abs(curve.area) <= smallest:
             raise InputError(f"{name}: the outline encloses no area")
         return curve if curve.area > 0 else curve.reversed()
@@ -233,40 +239,38 @@ def interior_grid(curve: Curve, count: int, holes: Sequence[Complex] = ()) -> Co
 
 def hausdorff(a: Curve, b: Curve) -> float:
     """Return the two-sided Hausdorff distance of two curves, accurate to 1 % or to rounding."""
-    return max(_farthest(a, b), _farthest(b, a))
+    return max(_directed_hausdorff(a, b), _directed_hausdorff(b, a))
 
 
-def _farthest(a: Curve, b: Curve) -> float:
+def _directed_hausdorff(a: Curve, b: Curve) -> float:
     """Return the largest distance of a point of one curve to another.
 
     Branch and bound over pieces of its edges: since the distance to one segment is convex, the distance on a
     piece is at most the larger of the distances of its ends to either end's nearest segment.
     """
-    heads, steps = b.z[: b.edges.size], b.edges
+    starts, steps = b.z[: b.edges.size], b.edges
     nearest = b._edge_grid.nearest
     vertex_edges = nearest(a.z)[0]
     start, end = a.z[: a.edges.size], np.roll(a.z, -1)[: a.edges.size]
-    # the nearest edges to both ends of each piece
-    at_start, at_end = vertex_edges[: a.edges.size], np.roll(vertex_edges, -1)[: a.edges.size]
-    farthest, least = 0.0, max(ROUNDING_SHARE * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
+    # the nearest edges of the other curve to both ends of each piece
+    start_edge, end_edge = vertex_edges[: a.edges.size], np.roll(vertex_edges, -1)[: a.edges.size]
+    attained = 0.0  # the largest distance of a point so far: a lower bound
+    precision = max(ROUNDING_SHARE * b.diagonal, 4 * np.spacing(np.abs(a.z).max()))
     while start.size:
-        away = [
-            [_to_segments(z, heads[edge], steps[edge]) for z in (start, end)] for edge in (at_start, at_end)
-        ]
-        farthest = max(farthest, float(away[0][0].max()), float(away[1][1].max()))
-        most = np.minimum(np.maximum(*away[0]), np.maximum(*away[1]))
-        open_ = (most > farthest * (1 + HAUSDORFF_ERROR_SHARE) + least) & (np.abs(end - start) > least)
-        middle = 0.5 * (start[open_] + end[open_])
-        at_middle = nearest(middle)[0]
-        start, end = np.append(start[open_], middle), np.append(middle, end[open_])
-        at_start, at_end = np.append(at_start[open_], at_middle), np.append(at_middle, at_end[open_])
-    return farthest
-
-
-def _to_segments(z: Complex, head: Complex, step: Complex) -> Real:
-    """Return (p,) the distance of each point to its own segment."""
-    part = np.clip(((z - head) * step.conj()).real / np.maximum(np.abs(step) ** 2, 1e-300), 0, 1)
-    return np.abs(z - head - part * step)
+        start_to_start = segment_distances(start, starts[start_edge], steps[start_edge])
+        end_to_start = segment_distances(end, starts[start_edge], steps[start_edge])
+        start_to_end = segment_distances(start, starts[end_edge], steps[end_edge])
+        end_to_end = segment_distances(end, starts[end_edge], steps[end_edge])
+        attained = max(attained, float(start_to_start.max()), float(end_to_end.max()))
+        upper = np.minimum(np.maximum(start_to_start, end_to_start), np.maximum(start_to_end, end_to_end))
+        is_open = upper > attained * (1 + HAUSDORFF_ERROR_SHARE) + precision
+        is_open &= np.abs(end - start) > precision
+        middle = 0.5 * (start[is_open] + end[is_open])
+        middle_edge = nearest(middle)[0]
+        start, end = np.append(start[is_open], middle), np.append(middle, end[is_open])
+        start_edge = np.append(start_edge[is_open], middle_edge)
+        end_edge = np.append(middle_edge, end_edge[is_open])
+    return attained
 
 
 def closer_outline(outline: Complex, filled: Complex | None, goal: Curve) -> Complex:
@@ -284,10 +288,10 @@ def resampled_knots(curve: Curve, count: int, corner: float = np.pi / 6) -> Real
         count: approximate number of vertices.
         corner: angle in radians by which the curve bends at a corner.
     """
-    turn = np.abs(np.angle(curve.edges / np.roll(curve.edges, 1)))
+    turning_angles = np.abs(np.angle(curve.edges / np.roll(curve.edges, 1)))
     if not curve.closed:
-        turn[0] = np.pi
-    keep = curve.knots[:-1][turn > corner]
+        turning_angles[0] = np.pi
+    keep = curve.knots[:-1][turning_angles > corner]
     if not keep.size:
         keep = curve.knots[:1]
     ends = np.append(keep[1:], keep[0] + curve.length) if curve.closed else np.append(keep[1:], curve.length)
@@ -308,8 +312,10 @@ def _widest(hull: Complex) -> float:
     if hull.size < 4:
         return float(abs(hull[-1] - hull[0]))
     z = hull[:-1] if Curve(hull[:-1]).area > 0 else hull[:0:-1]
-    turn = np.unwrap(np.angle(np.roll(z, -1) - z))
-    opposite = np.searchsorted(turn, turn[0] + np.mod(turn - turn[0] + np.pi, 2 * np.pi))
+    directions = np.unwrap(np.angle(np.roll(z, -1) - z))
+    opposite = np.searchsorted(
+        directions, directions[0] + np.mod(directions - directions[0] + np.pi, 2 * np.pi)
+    )
     across = z[(opposite[:, None] + [-1, 0, 1]) % z.size]  # and its neighbours, since angles are rounded
     return float(max(np.abs(across - end[:, None]).max() for end in (z, np.roll(z, -1))))
 

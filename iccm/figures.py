@@ -17,7 +17,7 @@ from .maps.approximation import triangulated
 from .maps.distortion import Distortion
 from .maps.summary import CERTAIN_SHARE, SEEN_CRACKS_SHARE, SEEN_FOLDS_SHARE, WELL_SEEN_SHARE
 from .maps.triangulated.map import TriangulatedMap
-from .meshes.surface_distortion import distances_at, gap_between, on_surfaces, surface_distances
+from .meshes.surface_distortion import distances_at, gap_between, on_surfaces, surface_distances, tilt
 from .problem import ON_OUTLINE_SHARE
 from .status import Status
 
@@ -293,14 +293,17 @@ class Figures(FitData):
         if self.coverage.seen.hidden > 1 - WELL_SEEN_SHARE and self.details.place != "slice":
             notes.append(
                 f"{self.coverage.seen.hidden:.0%} of the source drawing is hidden, because it lies in gaps of the "
-                "target (shown)."
+                "target (shown); fit='contain' shows all of it."
             )
         if self.coverage.seen.bare > 1 - WELL_SEEN_SHARE and self.details.place != "inside":
-            notes.append(f"{self.coverage.seen.bare:.0%} of the target drawing stays bare (covered).")
+            notes.append(
+                f"{self.coverage.seen.bare:.0%} of the target drawing stays bare (covered); "
+                "fit='cover' covers all of it."
+            )
         if self.coverage.cracks > SEEN_CRACKS_SHARE:
             notes.append(
                 f"Cracks cover {self.coverage.cracks:.1%} of the target drawing: slits narrower than 1 % of its "
-                "size that show nothing (cracks)."
+                "size that show nothing (cracks); fit='cover' leaves none."
             )
         return notes
 
@@ -319,6 +322,12 @@ class Figures(FitData):
         """Distances in space between corresponding points of two surfaces."""
         source, target = self.details.layouts
         return {"apart": surface_distances(self._samples, source, target)} if source and target else {}
+
+    @cached_property
+    def tilt(self) -> float:
+        """Degrees by which a map turns a surface on another one, see `surface_distortion.tilt`; 0 for other maps."""
+        source, target = self.details.layouts
+        return tilt(self._samples, source, target) if source and target else 0.0
 
     def _doubts(self) -> list[str]:
         """Return messages about figures that indicate problems of the map."""

@@ -15,7 +15,7 @@ from .maps.approximation import AnyMap
 from .maps.boundary_image import outline
 from .maps.injectivity import Certificate
 from .maps.moved_rings import move_rings
-from .maps.regions import Region
+from .maps.regions import RigidRegion
 from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import TOLERANCE
@@ -79,7 +79,7 @@ class FitData:
     notes: list[str] = field(default_factory=list)
     source_holes: Sequence[Curve] = ()
     target_holes: Sequence[Curve] = ()
-    rigid: Sequence[Region] = ()
+    rigid: Sequence[RigidRegion] = ()
     axes: tuple[str, str] = UP
     details: Details = field(default_factory=Details)
     # with the triangles that fill holes of the target, so that a drag can continue from there
@@ -149,9 +149,11 @@ class FitData:
         """
         if self.details.drawings is None:
             return self.map
-        from .pixels.composed import Cut
+        from .pixels.composed import PaintedMap
 
-        return Cut(self.map, self._moved_rings if self.target is None else self.details.drawings[1].rings)
+        return PaintedMap(
+            self.map, self._moved_rings if self.target is None else self.details.drawings[1].rings
+        )
 
     def _inverse(self, w: Complex) -> Complex:
         """Return the points z (complex) with map(z) = w; NaN if there are none."""

@@ -8,15 +8,15 @@ from .curve import Curve
 from .drawings.drawing import Drawing
 from .errors import InputError
 from .fit_data import Details, FitData
-from .maps.regions import Region, mean_scale, triangles_in
+from .maps.regions import RigidRegion, mean_scale, triangles_in
 from .maps.triangulated.map import TriangulatedMap
 from .options import PLACES, TOLERANCE
 from .pins import Softness
-from .saved.map_file import DRAWING_RINGS, FORMER_RINGS, RINGS, MapFile, Plane
+from .saved.map_file import DRAWING_RINGS, FORMER_RINGS, RINGS, MapFile, SavedPlane
 from .status import Status
 
 
-def to_map_file(fit: FitData, planes: tuple[Plane, Plane] | None, about: dict[str, Any]) -> MapFile:
+def to_map_file(fit: FitData, planes: tuple[SavedPlane, SavedPlane] | None, about: dict[str, Any]) -> MapFile:
     """Return the contents of a saved map; see `Fit.save` for the arguments.
 
     Raises:
@@ -24,7 +24,7 @@ def to_map_file(fit: FitData, planes: tuple[Plane, Plane] | None, about: dict[st
     """
     if any(fit.details.layouts):
         raise InputError("save: the map of a mesh cannot be saved, only maps between planar shapes")
-    default_planes = Plane.of(fit.source.z, fit.source_holes), Plane.of(fit.image, fit.target_holes)
+    default_planes = SavedPlane.of(fit.source.z, fit.source_holes), SavedPlane.of(fit.image, fit.target_holes)
     if fit.details.place != "fill":
         default_planes = (
             replace(default_planes[0], box=fit._boxes[0]),
@@ -124,7 +124,7 @@ def _drawings(map_file: MapFile) -> tuple[Drawing, Drawing] | None:
     return Drawing.of_rings(source, "source drawing"), Drawing.of_rings(target, "target drawing")
 
 
-def _regions(map_file: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[Region]:
+def _regions(map_file: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[RigidRegion]:
     """Return the rigid regions of a saved map.
 
     Raises:
@@ -143,5 +143,5 @@ def _regions(map_file: MapFile, holes: tuple[list[Curve], list[Curve]]) -> list[
             or not triangles_in(map_file.map, region, of_target=of_target).size
         ):
             raise InputError("rigid: a region contains no triangles")
-        regions.append(Region.of(map_file.map, region, mean, of_target=of_target))
+        regions.append(RigidRegion.of(map_file.map, region, mean, of_target=of_target))
     return regions

@@ -112,11 +112,6 @@ def of_outlines(name: str) -> str:
     return "whole" if FITS[name].of_drawings else name
 
 
-def with_constraints(name: str) -> str:
-    """Return the value of `fit` for outlines if maps are not compared: with constraints, bounds or an earlier map."""
-    return "whole" if FITS[name].compares else name
-
-
 def help_text() -> str:
     """Return the sentence for the command line's help, with the default in brackets."""
     order = [name for name, mode in FITS.items() if not mode.compares]

@@ -296,7 +296,9 @@ def _polygons_of_path(path: Any, name: str) -> list[Any]:
     size = float(np.ptp(path.vertices, axis=0).max()) if len(path.vertices) else 0.0
     if not (size > 0 and np.isfinite(size)):
         raise InputError(f"{name}: the path has no area")
-    larger = type(path)(path.vertices * (PATH_UNITS / size), path.codes)
+    # Subclasses, such as TextPath, are made from other arguments than vertices and codes.
+    base: Any = next(kind for kind in type(path).__mro__ if "to_polygons" in vars(kind))
+    larger = base(path.vertices * (PATH_UNITS / size), path.codes)
     polygons = map(np.asarray, larger.to_polygons(closed_only=True))  # some are lists
     rings = [ring * (size / PATH_UNITS) for ring in polygons if len(ring) > 3]
     enclosed = shapely.Polygon()

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from . import deadline
 
+MOST_DIGITS = 9  # of a number of threads; longer ones name none
 SLICE_ITEMS = 4096  # items that a thread takes at a time: enough for the cost of a call not to matter
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -19,7 +20,8 @@ def thread_count(threads: int | None = None) -> int:
         return max(1, threads)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     most = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
-    return min(cores, int(most) or cores) if most.isdecimal() else cores
+    is_count = most.isdecimal() and len(most) <= MOST_DIGITS
+    return min(cores, int(most) or cores) if is_count else cores
 
 
 def over_slices(

@@ -158,6 +158,13 @@ class Softness:
             values[selection] = getattr(other, name)
         return Softness(**replaced)
 
+    @classmethod
+    def joined(cls, several: Sequence["Softness"]) -> "Softness":
+        """Return the softness of the pins of several maps, one after another."""
+        return cls(
+            **{name: np.concatenate([vars(each)[name] for each in several]) for name in vars(several[0])}
+        )
+
     def as_lists(self) -> dict[str, list[float | None]]:
         """Return the arrays as lists for JSON, with None for NaN."""
         return {

@@ -26,6 +26,17 @@ def cross(a: Any, b: Any) -> Any:
     return a.real * b.imag - a.imag * b.real
 
 
+def stretched(z: Complex, ratio: float) -> Complex:
+    """Return points of a plane whose width is stretched by a ratio relative to its height, with areas kept.
+
+    Examples
+    --------
+    >>> stretched(np.array([1 + 1j]), 4.0).tolist()
+    [(2+0.5j)]
+    """
+    return np.sqrt(ratio) * z.real + 1j * z.imag / np.sqrt(ratio)
+
+
 def triangle_areas(corners: Complex) -> Real:
     """Return (m,) signed areas of triangles (m, 3), positive if they are counter-clockwise."""
     a, b, c = corners.T
@@ -90,10 +101,16 @@ def distinct_each(rings: Sequence[Complex]) -> list[Complex]:
     return np.split(z[keep], np.cumsum(counts)[:-1])
 
 
+def segment_distances(points: Complex, starts: Complex, steps: Complex) -> Real:
+    """Return the distance of each point to its own segment, from a start to start + step."""
+    position = np.clip(((points - starts) * steps.conj()).real / np.maximum(np.abs(steps) ** 2, 1e-300), 0, 1)
+    return np.abs(points - starts - position * steps)
+
+
 def rotation(z: Complex, w: Complex) -> complex:
     """Return the rotation (a number of modulus one) that takes points z (n,) closest to w; 1 if it is undefined."""
-    turn = complex(np.vdot(z, w))
-    return turn / abs(turn) if abs(turn) > 0 else 1.0
+    product = complex(np.vdot(z, w))
+    return product / abs(product) if abs(product) > 0 else 1.0
 
 
 class Similarity(NamedTuple):

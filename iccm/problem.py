@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence, Sized
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from .curve import Curve
 from .errors import InputError
 from .maps.fields import Field
 from .pins import Softness
-from .plane import bounding_box
+from .plane import bounding_box, stretched
 
 NEAR_SHARE = 1e-6  # relative to the diagonal: due to rounding
 ON_OUTLINE_SHARE = 1e-3
@@ -23,21 +24,45 @@ them.
 """
 
 
+class Holes(NamedTuple):
+    """The holes of two domains.
+
+    Attributes:
+        source: outlines of the source's holes, clockwise.
+        target: those of the target's.
+        partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
+    """
+
+    source: tuple[Curve, ...] = ()
+    target: tuple[Curve, ...] = ()
+    partners: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def sides(self) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
+        """The holes of source and target."""
+        return self.source, self.target
+
+    def inverse(self) -> "Holes":
+        """Return the holes for the inverse map."""
+        return Holes(self.target, self.source, tuple((j, i) for i, j in self.partners))
+
+
+NO_HOLES = Holes()
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The domains and constraints of a solve, with the exact coordinates that were given.
 
-    Each method normalises the coordinates once, in a separate frame (`paper.normalised`,
-    `balanced.model.frames`).
+    Each method normalises the coordinates (`paper.normalised`,
+    `balanced.model.unit_coordinates`).
 
     Attributes:
         source: outline of the source, a domain.
         target: outline of the target; None for a deformation.
         pins: (k, 2) points of the source and their images.
         strokes: polylines in the source and their images.
-        source_holes: outlines of the source's holes, clockwise.
-        target_holes: those of the target's.
-        hole_partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
+        holes: of both domains.
         rigid: outlines of rigid regions of the source.
         rigid_target: those of the target.
         importance: weight of distortion, over the source.
@@ -51,9 +76,7 @@ class Problem:
     target: Curve | None
     pins: Complex
     strokes: list[tuple[Curve, Curve]]
-    source_holes: tuple[Curve, ...] = ()
-    target_holes: tuple[Curve, ...] = ()
-    hole_partners: tuple[tuple[int, int], ...] = ()
+    holes: Holes = NO_HOLES
     rigid: tuple[Complex, ...] = ()
     rigid_target: tuple[Complex, ...] = ()
     importance: Field | None = None
@@ -84,7 +107,7 @@ class Problem:
         Args:
             source, target, pins, strokes: see `iccm.fit`.
             holes: of the source and of the target.
-            partners: see `hole_partners`.
+            partners: of these holes, see `Holes`.
             rigid, rigid_target, importance, size_map: see `iccm.fit`.
             softness: of the pins; None leaves it to the method.
             stroke_widths: for each stroke; empty for none.
@@ -95,8 +118,6 @@ class Problem:
         """
         source = as_domain(source, "source")
         target = None if target is None else as_domain(target, "target")
-        source_holes = as_holes(source, holes[0], "source")
-        target_holes = as_holes(target, holes[1], "target")
         pins = as_pins(pins)
         pairs = [as_strokes(k, pair) for k, pair in enumerate(strokes or [])]
         return cls(
@@ -104,9 +125,11 @@ class Problem:
             target,
             pins,
             pairs,
-            source_holes=source_holes,
-            target_holes=target_holes,
-            hole_partners=tuple((int(i), int(j)) for i, j in partners),
+            holes=Holes(
+                as_holes(source, holes[0], "source"),
+                as_holes(target, holes[1], "target"),
+                tuple((int(i), int(j)) for i, j in partners),
+            ),
             rigid=_regions(rigid),
             rigid_target=_regions(rigid_target),
             importance=_field(importance, source.box, "importance", LEAST_IMPORTANCE),
@@ -116,7 +139,7 @@ class Problem:
         )
 
     def refuse_outside(self, reach: float, *, pins_inside: bool = False) -> None:
-        """Raise an error for constraints outside the source, and for partners that are not holes.
+        """Raise an error for constraints outside the source.
 
         Args:
             reach: how far outside constraints may be, relative to the diagonal.
@@ -149,17 +172,9 @@ class Problem:
         source, target = outlines or (self.source, self.target)
         assert target is not None
         source, target = as_domain(source, "source"), as_domain(target, "target")
-        source_holes = as_holes(source, holes[0], "source")
-        target_holes = as_holes(target, holes[1], "target")
-        partners = _partners(self.hole_partners, (source_holes, target_holes)) if any(map(len, holes)) else ()
-        return replace(
-            self,
-            source=source,
-            target=target,
-            source_holes=source_holes,
-            target_holes=target_holes,
-            hole_partners=partners,
-        )
+        sides = as_holes(source, holes[0], "source"), as_holes(target, holes[1], "target")
+        partners = _partners(self.holes.partners, sides) if any(sides) else ()
+        return replace(self, source=source, target=target, holes=Holes(*sides, partners))
 
     def inverse(self) -> "Problem":
         """Return the problem of the inverse map, without the fields, which are given over the source.
@@ -173,14 +188,21 @@ class Problem:
             target=self.source,
             pins=np.ascontiguousarray(self.pins[:, ::-1]),
             strokes=[(image, stroke) for stroke, image in self.strokes],
-            source_holes=self.target_holes,
-            target_holes=self.source_holes,
-            hole_partners=tuple((j, i) for i, j in self.hole_partners),
+            holes=self.holes.inverse(),
             rigid=self.rigid_target,
             rigid_target=self.rigid,
             importance=None,
             size_map=None,
         )
+
+    def stretched(self, ratio: float) -> "Problem":
+        """Return the problem of a source whose width is stretched by a ratio relative to its height, areas kept.
+
+        It may have pins, but no constraint that is given for the outlines (see `refers_to_outlines`), and no holes.
+        """
+        source = Curve(stretched(self.source.z, ratio))
+        pins = np.stack([stretched(self.pins[:, 0], ratio), self.pins[:, 1]], axis=1)
+        return replace(self, source=source, pins=pins)
 
     def without_pins(self) -> "Problem":
         """Return the problem without its pins."""
@@ -196,7 +218,7 @@ class Problem:
     def refers_to_outlines(self) -> bool:
         """Whether there are constraints that are given for the outlines of the shapes: all but pins."""
         fields = self.importance is not None or self.size_map is not None
-        return fields or any(map(len, (self.strokes, self.rigid, self.rigid_target, self.hole_partners)))
+        return fields or any(map(len, (self.strokes, self.rigid, self.rigid_target, self.holes.partners)))
 
     @property
     def outlines(self) -> tuple[Curve, Curve]:

@@ -21,7 +21,7 @@ from .fit_files import from_map_file, to_map_file
 from .maps.extended_inverse import ExtendedInverse
 from .maps.regions import outline_in_source
 from .maps.summary import in_short
-from .saved.map_file import MapFile, Plane, read
+from .saved.map_file import MapFile, SavedPlane, read
 from .transform import Transform
 
 if TYPE_CHECKING:
@@ -94,9 +94,12 @@ class Fit(Figures):
     def inverse(self, w: Pairs) -> Real: ...
 
     @overload
+    def inverse(self, w: complex) -> complex: ...
+
+    @overload
     def inverse(self, w: Numbers) -> Complex: ...
 
-    def inverse(self, w: Pairs | Numbers) -> Complex | Real:
+    def inverse(self, w: Pairs | complex | Numbers) -> Complex | Real | complex:
         """Return the points z with map(z) = w.
 
         The result is NaN if there are none (for balanced maps, more than 1e-3 of the diagonal outside). Points
@@ -107,7 +110,7 @@ class Fit(Figures):
         """
         if is_pairs(w):
             return on_pairs(self._inverse, w, self.axes[::-1])
-        return self._inverse(w)  # type: ignore[arg-type]
+        return self._inverse(w)[()]  # type: ignore[arg-type]
 
     @property
     def transform(self) -> Transform:
@@ -123,7 +126,7 @@ class Fit(Figures):
     def _inverse_inside(self, w: Complex) -> Complex:
         """Return the inverse; inside the target, where it is not covered, that of the nearest point of the image."""
         w = np.asarray(w, np.complex128)
-        z = self.inverse(w)
+        z = self._inverse(w)
         if self.target is None:
             return z
         flat, preimages = w.ravel(), z.ravel()
@@ -144,7 +147,9 @@ class Fit(Figures):
         """
         return self.transform.then(other.transform if isinstance(other, Fit) else other)
 
-    def save(self, path: str | PathLike, planes: tuple[Plane, Plane] | None = None, **about: Any) -> None:
+    def save(
+        self, path: str | PathLike, planes: tuple[SavedPlane, SavedPlane] | None = None, **about: Any
+    ) -> None:
         """Write the map to a file that `iccm.load` reads exactly, bit for bit. The name should end in .npz.
 
         Args:

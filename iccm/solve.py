@@ -10,6 +10,8 @@ from difflib import get_close_matches
 from functools import wraps
 from typing import TYPE_CHECKING, Any, TypeVar, Unpack
 
+import numpy as np
+
 from . import capabilities, deadline, fits
 from .arrays import Complex
 from .axes import Axes
@@ -24,6 +26,7 @@ from .maps.triangulated.map import TriangulatedMap
 from .meshes.flatten import Flattening
 from .options import Options, OptionValues
 from .pins import Pin, Softness, Stroke
+from .plane import stretched
 from .problem import NEAR_SHARE, ON_OUTLINE_SHARE, Problem
 from .progress import Progress, listening
 from .result import Fit
@@ -161,9 +164,9 @@ def fit(
         Cancelled: `cancel` returned true.
 
     Examples:
-        >>> import numpy as np
+        >>> import numpy as np, iccm
         >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-        >>> found = fit(square, [3, 2] * square)
+        >>> found = iccm.fit(square, [3, 2] * square)
         >>> found.status.ok, complex(np.round(found.map(0.5 + 0.25j), 3))
         (True, (1.5+0.5j))
         >>> np.round(found.map(np.array([[0.5, 0.25]])), 3)
@@ -233,7 +236,7 @@ def _fit_drawings(
 ) -> Fit:
     """Return the map between two drawings, of which outlines are those of one part."""
     from .frames.placed import fit_placed
-    from .frames.solve import fit_drawings
+    from .frames.solve import DrawingPair, fit_drawings
 
     def solve_outlines(
         source: Curve,
@@ -244,39 +247,38 @@ def _fit_drawings(
         *,
         pinned: bool = True,
         coarse: CoarseMap | None = None,
+        stretch: float = 1.0,
     ) -> Fit:
         framed = problem if pinned else problem.without_pins()
-        return _solve(
-            framed.between((source, target), (source_holes, target_holes)), options, given, start, coarse
-        )
+        framed = framed.between((source, target), (source_holes, target_holes))
+        if stretch == 1:
+            return _solve(framed, options, given, start, coarse)
+        begun = _map_of(start)
+        begun = None if begun is None else _with_width(begun, stretch)
+        fit = _solve(framed.stretched(stretch), options, given, begun, coarse)
+        assert isinstance(fit.map, TriangulatedMap)  # only the balanced method chooses a stretch
+        pins = np.stack([stretched(fit.pins[:, 0], 1 / stretch), fit.pins[:, 1]], axis=1)
+        return replace(fit, map=_with_width(fit.map, 1 / stretch), source=framed.source, pins=pins)
 
     source, target = given[0].as_drawing("source"), given[1].as_drawing("target")
-    if settings.place != "fill":
-        result = fit_placed(
-            source, target, settings, solve_outlines, pins=problem.ends, opaque=opaque, detail=detail
-        )
-        result = replace(result, pins=problem.pins)
-        return with_details(result, opaque=opaque, softness=Softness.exact(len(problem.pins)))
     if settings.is_balanced and any(side.holes_are_separate for side in given):
         settings = replace(settings, holes="keep")  # they were given to be mapped
-    has_bounds = settings.max_dilatation is not None or settings.max_stretch is not None
-    searched = settings.is_balanced and settings.balance <= 1 and not has_bounds
+    pair = DrawingPair(source, target, settings, solve_outlines, free_gaps=free_gaps, opaque=opaque)
+    if settings.place != "fill":
+        result = replace(fit_placed(pair, pins=problem.ends, detail=detail), pins=problem.pins)
+        return with_details(result, softness=Softness.exact(len(problem.pins)))
+    searched = settings.is_balanced and settings.balance <= 1 and not settings.has_bounds
     searched = searched and not problem.refers_to_outlines
     # pins in holes pair holes, which frames do not have
     searched = searched and not _are_in_holes(problem.pins, source, target)
-    result = fit_drawings(
-        source,
-        target,
-        settings,
-        solve_outlines,
-        free_gaps=free_gaps,
-        searched=searched,
-        pins=problem.pins,
-        start=_map_of(start),
-        choices=choices,
-        detail=detail,
+    return fit_drawings(
+        pair, searched=searched, pins=problem.pins, start=_map_of(start), choices=choices, detail=detail
     )
-    return with_details(result, opaque=opaque)
+
+
+def _with_width(map: TriangulatedMap, ratio: float) -> TriangulatedMap:
+    """Return a map of the plane whose width is stretched by a ratio relative to its height, areas kept."""
+    return replace(map, source=stretched(map.source, ratio), bulge=stretched(map.bulges, ratio))
 
 
 def _are_in_holes(pins: Complex, source: Drawing, target: Drawing) -> bool:
@@ -349,8 +351,9 @@ def _switch_note(settings: Options) -> str:
 
 def _constraint_names(problem: Problem, start: TriangulatedMap | None) -> set[str]:
     """Return the names of the constraints of a problem, as in `capabilities`."""
-    names = ("strokes", "source_holes", "target_holes", "rigid", "rigid_target", "importance", "size_map")
+    names = ("strokes", "rigid", "rigid_target", "importance", "size_map")
     constraint_names = {name for name in names if getattr(problem, name)}
+    constraint_names |= {f"{side}_holes" for side in ("source", "target") if getattr(problem.holes, side)}
     if any(problem.stroke_widths):
         constraint_names.add(capabilities.STROKE_WIDTHS)
     # Not for exact pins, which fix the ends of strokes with every method.
@@ -470,9 +473,9 @@ def deform(
         InputError: as for `fit`, or there are neither pins nor strokes.
 
     Examples:
-        >>> import numpy as np
+        >>> import numpy as np, iccm
         >>> bar = np.array([0, 4, 4 + 1j, 1j])
-        >>> bent = deform(bar, pins=[(0.5 + 0.5j, 0.5 + 0.5j), (3.5 + 0.5j, 3 + 2j)])
+        >>> bent = iccm.deform(bar, pins=[(0.5 + 0.5j, 0.5 + 0.5j), (3.5 + 0.5j, 3 + 2j)])
         >>> bent.status.ok, complex(np.round(bent.map(3.5 + 0.5j), 1))
         (True, (3+2j))
     """

@@ -25,6 +25,10 @@ class Status(Enum):
         "Both meshes lie in the same place, but the map moves points far away from where they are (apart); add "
         "landmarks, or use iccm relayout, which goes by position."
     )
+    TILTED = (
+        "By the up axes of both models, the source lies on its side on the target, or is not turned by --turn; add "
+        "landmarks, or accept it with --turn any."
+    )
     MET = "Pins and strokes are met."
     OVERLAP = "Pins and strokes are met and nothing folds, but the outline overlaps itself."
     BENT = "Not all rigid regions could be kept rigid; the result is the closest map without folds (regions)."
@@ -40,12 +44,21 @@ class Status(Enum):
         "or cover, or allow it with --fit contain or --max-uncovered."
     )
     HIDDEN = "Nothing of the source is shown (shown): all of it lies in gaps of the target, or is too thin."
+    LINES = (
+        "The target is drawn with lines that enclose no area, so that less than a tenth of the source is seen (shown); "
+        "bend the source along a line with --along auto, or close the lines."
+    )
     EMPTY = "A picture is empty, because no part of the texture lies in the area that it shows (empty)."
     PARTIAL = (
         "Less than half of a mesh's area is mapped, because it has other pieces, or pieces that cannot be flattened; "
         "name the piece (file#piece-1), or map all of them with --parts all or each (mapped)."
     )
     FLIPPED = "The texture coordinates that were written flip triangles or leave them without area (uv)."
+    STACKED = (
+        "The target's layout overlaps itself, and overlapping triangles show different parts of the picture, so that "
+        "some of them look wrong (conflicting_texels); unwrap the mesh without stacked charts, or say with "
+        "--overlap mirror that they are meant to share their texels."
+    )
     CROWDED = (
         "Parts of the target are not covered, because the map is too crowded there for double "
         "precision (method conformal)."

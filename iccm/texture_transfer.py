@@ -195,9 +195,9 @@ def transfer(
             filter, kind, edge or encoding; or normals without three channels.
 
     Examples:
-        >>> from iccm import checkerboard
+        >>> import iccm
         >>> square = np.array([0, 1, 1 + 1j, 1j])
-        >>> carried = transfer(checkerboard(64), square, 2 * square.real + 1j * square.imag, size=32)
+        >>> carried = iccm.transfer(iccm.checkerboard(64), square, 2 * square.real + 1j * square.imag, size=32)
         >>> carried.pixels.shape, carried.fit.status.ok
         ((16, 32, 4), True)
     """
@@ -241,9 +241,9 @@ def warp(
     Arguments and errors are those of `transfer`. By default the picture of a deformation shows the bounding box of the
     deformed shape.
 
-    >>> from iccm import checkerboard, fit
+    >>> import iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
-    >>> warp(fit(square, 3 * square), checkerboard(64), size=(16, 8)).box
+    >>> iccm.warp(iccm.fit(square, 3 * square), iccm.checkerboard(64), size=(16, 8)).box
     ((-1.5+0j), (4.5+3j))
     """
     refuse_other_results(fit, "warp")
@@ -278,10 +278,10 @@ def stmap(
         (h, w, 4) s from 0 at the texture's left to 1 at its right, t from 0 at its bottom to 1 at its top, 0,
         and the coverage of the pixel; row 0 on top. `iccm.io.pictures.stmap_files.write_whole` writes it.
 
-    >>> import numpy as np
+    >>> import numpy as np, iccm
     >>> square = np.array([0, 1, 1 + 1j, 1j])
-    >>> st = stmap(solve.fit(square, 3 * square), size=64)
-    >>> back = from_stmap(st, texture_box=(0, 1 + 1j), target_box=(0, 3 + 3j))
+    >>> st = iccm.stmap(iccm.fit(square, 3 * square), size=64)
+    >>> back = iccm.from_stmap(st, texture_box=(0, 1 + 1j), target_box=(0, 3 + 3j))
     >>> complex(np.round(back(0.5 + 0.25j), 3))
     (1.5+0.75j)
     """
@@ -308,8 +308,9 @@ def from_stmap(st: ArrayLike, *, texture_box: Box = (0j, 1 + 1j), target_box: Bo
     Raises:
         InputError: an array of another shape, no pixels with coordinates, or a box without area.
 
+    >>> import iccm
     >>> st = np.stack(np.meshgrid((np.arange(64) + 0.5) / 64, (63.5 - np.arange(64)) / 64), axis=-1)
-    >>> complex(np.round(from_stmap(st)(0.25 + 0.5j), 3))
+    >>> complex(np.round(iccm.from_stmap(st)(0.25 + 0.5j), 3))
     (16+32j)
     """
     stored = np.asarray(st)

@@ -24,7 +24,8 @@ class Transform:
         backward: the inverse, in the same form.
         axes: meaning of pairs on either side, see `iccm.axes`.
 
-    >>> double = Transform(lambda z: 2 * z, lambda w: w / 2)
+    >>> import iccm
+    >>> double = iccm.Transform(lambda z: 2 * z, lambda w: w / 2)
     >>> complex(double.then(double)(1 + 1j))
     (4+4j)
     >>> double.inverse([2.0, 6.0])
@@ -39,9 +40,12 @@ class Transform:
     def __call__(self, points: Pairs) -> Real: ...
 
     @overload
+    def __call__(self, points: complex) -> complex: ...
+
+    @overload
     def __call__(self, points: Numbers) -> Complex: ...
 
-    def __call__(self, points: Pairs | Numbers) -> Complex | Real:
+    def __call__(self, points: Pairs | complex | Numbers) -> Complex | Real | complex:
         """Return the images of complex points of any shape, or of pairs (…, 2), in the same form.
 
         Raises:
@@ -49,7 +53,7 @@ class Transform:
         """
         if is_pairs(points):
             return on_pairs(self.forward, points, self.axes)
-        return self.forward(as_points(points))
+        return self.forward(as_points(points))[()]
 
     @property
     def inverse(self) -> "Transform":

@@ -40,4 +40,6 @@ doctor         the checks of `iccm doctor`
 plugins        installation of plug-ins for other programs
 lengths        units of length, and the width and height of drawings in them
 isolated/      reading files in a separate process, with libraries whose errors would end this one
+figure_table   the keys of all JSON reports in one table: a row for each figure, with its type, unit and meaning
+extensions     Extensions: mesh formats and commands of other packages, found by their entry points
 """

@@ -22,8 +22,8 @@ from ..maps.triangulated.map import TriangulatedMap
 from ..plane import diagonal
 from ..result import Fit, result_of
 from ..saved.geometry import Carrier
-from ..saved.inverted import Inverted
-from ..saved.map_file import MapFile, Plane
+from ..saved.inverted import InverseMap
+from ..saved.map_file import MapFile, SavedPlane
 from ..saved.map_file import read as read_file
 from . import files, formats
 from .artwork import TOLERANCE_SHARE
@@ -65,7 +65,7 @@ class Saved:
 
     name: str
     fit: Fit
-    planes: tuple[Plane, Plane]
+    planes: tuple[SavedPlane, SavedPlane]
     job: dict[str, Any]
     function: Callable[[Complex], Complex]
     near: float
@@ -91,7 +91,7 @@ class Saved:
         if fit.target is None:
             target = replace(target, outline=fit.image)
         triangles = triangulated(fit.map)
-        back: Any = Inverted(triangles)
+        back: Any = InverseMap(triangles)
         swapped = replace(
             fit,
             map=back,
@@ -295,6 +295,9 @@ def carry_geometry(
     content = document.read(path, columns)
     if output == "-" and content.is_database:
         raise InputError(f"-: {suffix} is written to a file; name one")
+    if output != "-" and formats.suffix_of(output) != suffix:
+        with naming(path):
+            content.convert(formats.suffix_of(output))
     companions = content.companions(output)
     files.check_outputs(list(companions), [path_of(path)], force=force)
     if unmapped == "keep" and not content.keeps:
@@ -385,14 +388,14 @@ def _carried_again(
     return replace(carried, lines=joined_lines, polygons=joined_polygons), counts
 
 
-def _foot(plane: Plane) -> complex:
+def _foot(plane: SavedPlane) -> complex:
     """Return the point from which formats with y pointing up measure y, if the shape's file has y down: the lower edge
     of its canvas.
     """
     return complex(0, plane.box[0].imag) if plane.down else 0
 
 
-def _shape(name: str, plane: Plane) -> Shape:
+def _shape(name: str, plane: SavedPlane) -> Shape:
     assert plane.outline is not None
     holes = tuple(plane.holes)
     outline = Curve(plane.outline)

@@ -71,8 +71,8 @@ def write(
         raise InputError(f"{save}: a saved map; choose a name that ends in .npz")
     if output != "-" and Path(output).suffix.lower() not in (".geojson", ".json"):
         raise InputError(f"{output}: a cartogram is GeoJSON; choose a name that ends in .geojson")
-    content = topology.as_geojson(_content(path))
     with naming(path):
+        content = topology.as_geojson(_content(path))
         features = _features(content, tell)
     if values is not None:
         _join(features, values, key, by)
@@ -117,9 +117,9 @@ def write(
 
 
 def _content(path: str) -> dict[str, Any]:
-    content = files.read_json(path, max_bytes=limits.GEOMETRY_BYTES)
+    content = files.parse_json(files.read_bytes(path, max_bytes=limits.GEOMETRY_BYTES))
     if not isinstance(content, dict) or not isinstance(content.get("type"), str):
-        raise InputError(f"{path}: not GeoJSON; iccm cartogram reads features with polygons")
+        raise InputError("not GeoJSON; iccm cartogram reads features with polygons")
     return content
 
 
@@ -128,14 +128,13 @@ def _features(content: dict[str, Any], tell: Callable[[str], None]) -> list[dict
     features, ignored = list[dict[str, Any]](), 0
     by_feature = dict[int, int]()
     for geometry, feature in geometries(content):
-        if feature is None or not isinstance(geometry, dict) or geometry.get("type") not in POLYGONS:
+        kind = str(geometry.get("type")) if isinstance(geometry, dict) else ""
+        if feature is None or kind not in POLYGONS or not (coordinates := geometry.get("coordinates")):
             ignored += 1
             continue
-        coordinates = geometry.get("coordinates")
-        if not coordinates:
-            ignored += 1
-            continue
-        parts = list(coordinates) if geometry["type"] == "MultiPolygon" else [coordinates]
+        if not isinstance(coordinates, list):
+            raise InputError(f"{kind}: the coordinates are not a list")
+        parts = list(coordinates) if kind == "MultiPolygon" else [coordinates]
         if id(feature) in by_feature:
             features[by_feature[id(feature)]]["geometry"]["coordinates"] += parts
             continue
@@ -199,7 +198,10 @@ def _join(features: list[dict[str, Any]], path: str, key: str | None, by: str) -
         InputError: the columns do not exist, or a value of the key occurs twice.
     """
     text = files.read_bytes(path, max_bytes=limits.GEOMETRY_BYTES).decode("utf-8-sig", errors="replace")
-    rows = list(csv.DictReader(io.StringIO(text)))
+    try:
+        rows = list(csv.DictReader(io.StringIO(text)))
+    except csv.Error as error:
+        raise InputError(f"{path}: not a CSV table: {error}") from None
     columns = [name for name in (rows[0] if rows else {}) if name]
     key = key or (columns[0] if columns else "")
     for name in (key, by):

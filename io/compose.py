@@ -15,7 +15,7 @@ from ..maps.composition import Function, composed
 from ..maps.triangulated.map import NEAR_SHARE, TriangulatedMap
 from ..plane import diagonal
 from ..result import Fit, result_of
-from ..saved.map_file import Plane
+from ..saved.map_file import SavedPlane
 from ..saved.map_file import read as read_file
 from ..status import Status
 from . import files
@@ -41,7 +41,7 @@ class Step:
     map: TriangulatedMap
     forward: Function
     backward: Function
-    planes: tuple[Plane, Plane]
+    planes: tuple[SavedPlane, SavedPlane]
     is_inverse: bool
 
     @classmethod
@@ -80,7 +80,7 @@ class Step:
         return sides[::-1] if self.is_inverse else sides
 
 
-def compose(names: Sequence[str]) -> tuple[Fit, tuple[Plane, Plane]]:
+def compose(names: Sequence[str]) -> tuple[Fit, tuple[SavedPlane, SavedPlane]]:
     """Return the composition of saved maps, the first of which is applied first, and the planes it maps between.
 
     Args:

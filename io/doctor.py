@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import __version__
+from . import extensions
 from .extras import PURPOSES
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ def examine(watched: Callable[[], AbstractContextManager[None]]) -> Iterator[Fin
     yield from _threads()
     yield from _writing()
     yield _fonts()
+    for name, package, error in extensions.listed():
+        yield Finding(name, package if error is None else str(error), error is None)
     yield _check("core", _compiled_core, watched)
     yield _check("map", _try_map, watched)
 

@@ -42,7 +42,7 @@ _DESCRIPTION = "Pixel vectors to the source: R = pixels to the right, G = pixels
 
 
 @dataclass(frozen=True, eq=False)
-class Grid:
+class PixelGrid:
     """The pixels of a picture in physical space, as ITK describes them.
 
     Attributes:
@@ -58,12 +58,12 @@ class Grid:
     direction: Real
 
     @classmethod
-    def pixels(cls, width: int, height: int) -> Grid:
+    def pixels(cls, width: int, height: int) -> PixelGrid:
         """Return the grid of a picture without physical units, as ITK reads a PNG."""
         return cls((width, height), np.zeros(2), np.ones(2), np.eye(2))
 
     @classmethod
-    def of(cls, path: str) -> Grid:
+    def of(cls, path: str) -> PixelGrid:
         """Return the grid of a picture, or of a slice in a format of ITK.
 
         Raises:
@@ -77,7 +77,7 @@ class Grid:
         return cls._of_itk(itk_files.read(path))
 
     @classmethod
-    def _of_itk(cls, image: itk_files.ItkImage) -> Grid:
+    def _of_itk(cls, image: itk_files.ItkImage) -> PixelGrid:
         height, width = image.pixels.shape[:2]
         return cls((width, height), image.origin, image.spacing, image.direction)
 
@@ -196,7 +196,7 @@ def st_of(pixels: Real, size: tuple[int, int], covered: NDArray | None = None) -
     return np.dstack([s, t, np.zeros(s.shape), alpha]).astype(np.float32)
 
 
-def _grid(path: str | None, box: Box, option: str, size: tuple[int, ...] | None = None) -> Grid:
+def _grid(path: str | None, box: Box, option: str, size: tuple[int, ...] | None = None) -> PixelGrid:
     """Return the grid of the picture that covers a canvas.
 
     Args:
@@ -213,7 +213,7 @@ def _grid(path: str | None, box: Box, option: str, size: tuple[int, ...] | None 
     if path is None and size:
         from .run.framing import size_within
 
-        return Grid.pixels(*size_within(tuple(size), extent, limits.PIXELS))
+        return PixelGrid.pixels(*size_within(tuple(size), extent, limits.PIXELS))
     if path is None:
         whole_units = np.rint(sides)
         if (whole_units < 2).any() or (np.abs(sides - whole_units) > WHOLE_UNIT_SHARE * sides).any():
@@ -224,8 +224,8 @@ def _grid(path: str | None, box: Box, option: str, size: tuple[int, ...] | None 
             )
         if whole_units.prod() > limits.PIXELS:
             raise InputError(f"{option}: needed, because the canvas has too many units for a pixel each")
-        return Grid.pixels(int(whole_units[0]), int(whole_units[1]))
-    grid = Grid.of(path)
+        return PixelGrid.pixels(int(whole_units[0]), int(whole_units[1]))
+    grid = PixelGrid.of(path)
     scale = np.array(grid.size) / sides
     if np.abs(sides * scale.max() - grid.size).max() > PROPORTIONS_PIXELS:
         raise InputError(
@@ -266,7 +266,7 @@ def _write_picture(
     return width, height
 
 
-def _write_itk(output: str, away: Real, grid: Grid, force: bool) -> None:
+def _write_itk(output: str, away: Real, grid: PixelGrid, force: bool) -> None:
     itk = simple_itk()
     image = itk.GetImageFromArray(np.ascontiguousarray(away), isVector=True)
     image.SetOrigin(grid.origin.tolist())
@@ -303,7 +303,7 @@ def is_field(path: str) -> bool:
 
 
 def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
-    """Read a field as an STMap (h, w, 4) for a picture of a size; ITK's fields see it as `Grid.pixels` places it.
+    """Read a field as an STMap (h, w, 4) for a picture of a size; ITK's fields see it as `PixelGrid.pixels` places it.
 
     Raises:
         InputError: the file cannot be read, or is not a field.
@@ -312,11 +312,11 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
         image = itk_files.read(path)
         if image.components != 2:
             raise InputError(f"{path}: not a displacement field of two components")
-        grid = Grid._of_itk(image)
+        grid = PixelGrid._of_itk(image)
         away = image.pixels.astype(float)
         if not np.isfinite(away).all():
             raise InputError(f"{path}: contains vectors that are not finite")
-        place = Grid.pixels(*size).pixels_at(grid.physical(grid.indices) + away)
+        place = PixelGrid.pixels(*size).pixels_at(grid.physical(grid.indices) + away)
         return st_of(place, size)
     if formats.suffix_of(path) == ".npz":
         with opened(
@@ -335,5 +335,5 @@ def read(path: str, size: tuple[int, int]) -> NDArray[np.float32]:
 
     st = stmap_files.read(path)
     height, width = st.shape[:2]
-    place = Grid.pixels(width, height).indices + np.dstack([st[..., 0], -st[..., 1]])
+    place = PixelGrid.pixels(width, height).indices + np.dstack([st[..., 0], -st[..., 1]])
     return st_of(place, size, st[..., 3])

@@ -18,6 +18,7 @@ from typing import Any
 
 from .. import progress
 from ..errors import InputError, MissingFileError, naming
+from . import limits
 
 BLOCK_BYTES = 1 << 16  # written to find out whether the disk is full
 MOST_ENTRIES = 10_000
@@ -298,7 +299,10 @@ def read_bytes(path: str | os.PathLike, *, max_bytes: int) -> bytes:
         InputError: as in `open_input`, or the file is empty.
     """
     with opened(path, max_bytes=max_bytes) as file:
-        content = file.read(max_bytes + 1)  # the size may have changed, or be reported wrongly (/proc)
+        size = min(os.fstat(file.fileno()).st_size, max_bytes)
+        content = file.read(size + 1)  # reserves that much memory
+        if len(content) > size:  # the size has changed, or is reported wrongly (/proc)
+            content += file.read(max_bytes + 1 - len(content))
     if len(content) > max_bytes:
         raise InputError(f"{path}: the file has more than {max_bytes} bytes, which is the limit")
     if not content:
@@ -315,15 +319,32 @@ def parse_json(data: str | bytes, *, once: bool = False) -> Any:
     try:
         text = data if isinstance(data, str) else data.decode(json.detect_encoding(data))
         content = json.loads(text, object_pairs_hook=distinct_keys if once else None)
+        if _exceeds_depth(content, limits.JSON_DEPTH):
+            raise InputError(f"is nested more than {limits.JSON_DEPTH} deep")
         if SURROGATE_ESCAPE.search(text):  # rare; the full check takes as long as parsing
             _check_surrogates(content)
         return content
     except InputError:
         raise
     except RecursionError:
-        raise InputError("is nested too deeply") from None
+        raise InputError(f"is nested more than {limits.JSON_DEPTH} deep") from None
     except ValueError as error:  # also for numbers of thousands of digits
         raise InputError(f"not valid JSON: {str(error).splitlines()[0]}") from None
+
+
+def _exceeds_depth(content: Any, most: int) -> bool:
+    """Return whether lists and objects are nested more than `most` deep."""
+    containers = [content] if isinstance(content, dict | list) else []
+    for _ in range(most):
+        containers = [
+            child
+            for item in containers
+            for child in (item.values() if isinstance(item, dict) else item)
+            if isinstance(child, dict | list)
+        ]
+        if not containers:
+            return False
+    return bool(containers)
 
 
 def _check_surrogates(content: Any) -> None:

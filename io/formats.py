@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 
 from ..errors import InputError
-from . import extras
+from . import extensions, extras
 
 PNG = b"\x89PNG\r\n\x1a\n"
 PICTURE_BEGINNINGS = {
@@ -25,6 +25,10 @@ HELD_SUFFIXES = {"PNG": ".png", "JPEG": ".jpg", "WebP": ".webp"}
 
 FONTS = (".ttf", ".otf")
 """Suffixes of fonts, in which a text is set: `font.ttf#text=Word`."""
+WEB_FONTS = {".woff": b"wOFF", ".woff2": b"wOF2"}
+"""Suffixes of fonts of web pages, and the first bytes of their files."""
+WEB_FONT = "web fonts are compressed and not read; name the .ttf or .otf (`fonttools ttLib.woff2 decompress`)"
+"""Why a web font is refused."""
 
 
 KINDS = {
@@ -82,7 +86,7 @@ class Format:
     Attributes:
         picture: the pixels that can be stored, if any.
         drawing: outlines and artwork.
-        mesh: module and class of `io.meshes` for a mesh format.
+        mesh: module and class of `io.meshes` for a mesh format; of an extension, `package.module:Class`.
         uv: whether iccm writes meshes with texture coordinates.
         flat: a flattening.
         plot: a figure.
@@ -114,6 +118,8 @@ READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".a
 """Suffixes of pictures that can be read but not written."""
 # All other picture formats listed here are lossless within their description; OpenImageIO supports more, which lose
 # something.
+MESHES_ONLY_READ = (".3mf", ".vtu")
+"""Suffixes of meshes that could hold texture coordinates, but are not written."""
 FORMATS = {
     ".png": Format(PictureFormat("display", named=True), plot=True),
     ".jpg": _JPEG,
@@ -137,7 +143,7 @@ FORMATS = {
     **dict.fromkeys((".usd", ".usda", ".usdc"), Format(mesh="usd_format.UsdFormat", uv=True)),
     **dict.fromkeys((".vtk", ".vtp"), Format(mesh="vtk_format.VtkFormat", uv=True)),
     ".vtu": Format(mesh="vtk_format.VtkFormat"),
-    ".gltf": Format(mesh="gltf_format.GltfFormat"),
+    ".gltf": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".off": Format(mesh="off_stl_formats.OffFormat"),
     ".stl": Format(mesh="off_stl_formats.StlFormat"),
     ".3mf": Format(mesh="threemf_format.ThreeMfFormat"),
@@ -190,7 +196,25 @@ def written(output: str) -> str:
 
 def of(name: str | PathLike) -> Format:
     """Return the format of a file by its suffix; an empty format if it is unknown."""
-    return FORMATS.get(suffix_of(name), Format())
+    return _of_suffix(suffix_of(name))
+
+
+def _of_suffix(suffix: str) -> Format:
+    """Return the format of a suffix; that of an extension is added to the table.
+
+    Raises:
+        InputError: the extension cannot be loaded, or does not name a format.
+    """
+    if suffix in FORMATS or not suffix:
+        return FORMATS.get(suffix, Format())
+    form = extensions.format_of(suffix)
+    if form is None:
+        return Format()
+    if not isinstance(form, Format):
+        raise InputError(
+            f"{suffix}: the extension names a {type(form).__name__}, not an iccm.io.formats.Format"
+        )
+    return FORMATS.setdefault(suffix, form)
 
 
 def picture(name: str | PathLike) -> PictureFormat:
@@ -206,7 +230,7 @@ def holding(what: str, *, written: bool = False) -> tuple[str, ...]:
 
 
 def _holds(suffix: str, what: str, *, written: bool) -> bool:
-    content = getattr(FORMATS.get(suffix, Format()), what)
+    content = getattr(_of_suffix(suffix), what)
     return bool(content) and not (written and what == "picture" and suffix in READ_ONLY)
 
 
@@ -227,6 +251,8 @@ def one_of(suffixes: Iterable[str]) -> str:
 def table() -> list[str]:
     """Return a line for each suffix: what such files can contain, and a star where they are only read."""
     lines = []
+    for suffix in extensions.formats():
+        _of_suffix(suffix)
     for suffix, form in FORMATS.items():
         kinds = [KINDS[kind] for kind in KINDS if getattr(form, kind) and kind != "uv"]
         is_mesh_read_only = bool(form.mesh) and not form.uv
@@ -282,6 +308,14 @@ def check_report(name: str | None) -> None:
     kind = of(name or "")
     if kind.picture or kind.drawing or kind.mesh or kind.plot:
         raise InputError(f"{name}: the report is JSON; choose a name that ends in .json for --report")
+
+
+def why_no_coordinates(name: str | PathLike) -> str:
+    """Return why a mesh with texture coordinates cannot be written to a file, for messages."""
+    suffix = suffix_of(name)
+    if suffix in MESHES_ONLY_READ:
+        return f"iccm reads {suffix} files, but does not write them"
+    return f"{suffix[1:].upper()} files cannot hold texture coordinates"
 
 
 def check_plot(name: str) -> None:

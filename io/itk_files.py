@@ -230,6 +230,38 @@ def _nifti_header(path: str, header: bytes) -> _Header:
     return _Header(tuple(size[:4]), math.prod(size[4:]), NIFTI_BYTES[kind])
 
 
+def _nrrd_fields(path: str, text: bytes) -> dict[bytes, bytes]:
+    """Return the fields of an NRRD's header, without comments and key/value pairs (`key:=value`)."""
+    fields = dict[bytes, bytes]()
+    for line in text.splitlines()[1:]:
+        name, colon, value = line.partition(b":")
+        if not colon or line.startswith(b"#") or value.startswith(b"="):
+            continue
+        name = name.strip().lower()
+        if name in fields:
+            raise InputError(f"{path}: {_UNREAD}: its header has {name.decode(errors='replace')!r} twice")
+        fields[name] = value.strip()
+    return fields
+
+
+def _nrrd_header(path: str, fields: dict[bytes, bytes]) -> _Header:
+    """Return what the fields of an NRRD's header promise; axes that are not of space or time are components."""
+    words, kind = fields.get(b"sizes", b"").split(), fields.get(b"type", b"").lower()
+    are_numbers = all(
+        word.isdigit() and len(word) < MOST_DIGITS for word in [*words, fields.get(b"dimension", b"")]
+    )
+    if not are_numbers or int(fields[b"dimension"]) != len(words) or kind not in NRRD_BYTES:
+        raise InputError(f"{path}: {_UNREAD}: its type or sizes are wrong; sizes are whole numbers")
+    axis_kinds = fields.get(b"kinds", b"").lower().split()
+    sides, components = list[int](), 1
+    for k, word in enumerate(words):
+        if k < len(axis_kinds) and axis_kinds[k] not in NRRD_DOMAINS:
+            components *= int(word)
+        else:
+            sides.append(int(word))
+    return _Header(tuple(sides), components, NRRD_BYTES[kind])
+
+
 def _nrrd_content(path: str, data: bytes) -> tuple[_Header, Iterator[bytes]]:
     """Return what the header of an NRRD promises, and blocks of its data.
 
@@ -241,27 +273,8 @@ def _nrrd_content(path: str, data: bytes) -> tuple[_Header, Iterator[bytes]]:
         raise InputError(f"{path}: {_ELSEWHERE}")
     if not data.startswith(b"NRRD") or end is None:
         raise InputError(f"{path}: {_UNREAD}")
-    fields = dict[bytes, bytes]()
-    for line in data[: end.start()].splitlines()[1:]:
-        name, colon, value = line.partition(b":")
-        if not colon or line.startswith(b"#") or value.startswith(b"="):
-            continue
-        name = name.strip().lower()
-        if name in fields:
-            raise InputError(f"{path}: {_UNREAD}: its header has {name.decode(errors='replace')!r} twice")
-        fields[name] = value.strip()
-    sizes, kind = fields.get(b"sizes", b"").split(), fields.get(b"type", b"").lower()
-    whole = all(
-        size.isdigit() and len(size) < MOST_DIGITS for size in [*sizes, fields.get(b"dimension", b"")]
-    )
-    if not whole or int(fields[b"dimension"]) != len(sizes) or kind not in NRRD_BYTES:
-        raise InputError(f"{path}: {_UNREAD}: its type or sizes are wrong; sizes are whole numbers")
-    sides, kinds = [int(size) for size in sizes], fields.get(b"kinds", b"").lower().split()
-    vectors = [k for k, word in enumerate(kinds[: len(sides)]) if word not in NRRD_DOMAINS]
-    components = math.prod(sides[k] for k in vectors)
-    header = _Header(
-        tuple(side for k, side in enumerate(sides) if k not in vectors), components, NRRD_BYTES[kind]
-    )
+    fields = _nrrd_fields(path, data[: end.start()])
+    header = _nrrd_header(path, fields)
     content, encoding = data[end.end() :], fields.get(b"encoding", b"").lower()
     if encoding == b"raw":
         return header, iter([content])

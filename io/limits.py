@@ -17,8 +17,6 @@ MEMORY = 1 << 62
 """Bytes that --memory accepts."""
 VERTICES = 4000
 """Boundary vertices that --vertices accepts: the equations of a map are a dense matrix."""
-BALANCE = 10
-"""Largest --balance: beyond 4, areas hardly change any more while angles get worse."""
 COORDINATE = 1e100
 """Largest coordinate that a user can enter."""
 NAME_BYTES = 255
@@ -39,6 +37,8 @@ SVG_BYTES = 32 << 20
 """Bytes of an SVG, and of the decompressed content of an .svgz."""
 SVG_DEPTH = 200
 """Nested elements."""
+JSON_DEPTH = 200
+"""Nested lists and objects of JSON: functions that call themselves for each level can process them."""
 SVG_ELEMENTS = 300_000
 """Elements of any kind, text and definitions included."""
 SVG_SHAPES = 100_000

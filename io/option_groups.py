@@ -1,5 +1,6 @@
 """The options of a command by topic, for help and the reference."""
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -33,6 +34,8 @@ TOPICS: dict[str, Topic] = {
 """Topics by the word that `--help` takes, in the order of help."""
 OF_EVERY_COMMAND = "help", "version"
 """Options that have no row in the table; they belong to the messages."""
+SHORT_NAMES = {"o": "output", "q": "quiet"}
+"""Names of the options that examples have in short."""
 MOST_SHORT_HELP_OPTIONS = 12
 """Number of options up to which no headings are shown."""
 
@@ -56,7 +59,7 @@ def _topic_of(name: str, rows: Mapping[str, Option]) -> str:
 
 
 def grouped(names: Iterable[str], rows: Mapping[str, Option]) -> list[tuple[str, str, list[str]]]:
-    """Return heading, example and options of each topic.
+    """Return heading, example and options of each topic; the example is empty unless the command has its options.
 
     Options without a topic come first under `Options`, as do all options if there are few.
 
@@ -68,5 +71,11 @@ def grouped(names: Iterable[str], rows: Mapping[str, Option]) -> list[tuple[str,
     if len(names) <= MOST_SHORT_HELP_OPTIONS:
         return [("Options", "", names)] if names else []
     sections = [("Options", "", of_topic("", names, rows))]
-    sections += [(topic.title, topic.example, of_topic(word, names, rows)) for word, topic in TOPICS.items()]
+    for word, topic in TOPICS.items():
+        used = {
+            SHORT_NAMES.get(option, option)
+            for option in re.findall(r"(?<!\S)--?([a-z][a-z-]*)", topic.example)
+        }
+        is_example = used <= {name.replace("_", "-") for name in names}
+        sections.append((topic.title, topic.example if is_example else "", of_topic(word, names, rows)))
     return [section for section in sections if section[2]]

@@ -18,8 +18,10 @@ from .. import options as solver
 from ..deadline import DEFAULT_SECONDS
 from . import formats, limits, point_syntax, values
 
-FILES = ("FILE", "IMAGE", "DIR", "OUTLINE", "REGION")
+FILES = ("FILE", "IMAGE", "DIR", "OUT", "REGION")
 """Words in the placeholders of options whose values name files."""
+NAMES = ("NAME", "ADDRESS", "SPECIMEN")
+"""Placeholders of options whose values name other things."""
 LARGEST_SIZE_FACTOR = 1e6  # factor of a texture's size
 MOST_BYTE_DIGITS = 15  # digits of a number of bytes, K, M, G or T
 KINDS = ("colour", "normal", "normal-down", "data")
@@ -101,7 +103,7 @@ class Option:
                 value = values.each_of(value, self.parse_each)
             value = values.convert(value, hint)
             values.check_bounds(value, least=self.least, more_than=self.above, most=self.most)
-            if self.names_files:
+            if self.names_files or self.metavar in NAMES:
                 values.check_names(value)
         except values.WrongValue:
             raise
@@ -120,10 +122,13 @@ TABLE: list[type] = []
 
 
 def _table(*commands: str) -> Callable[[type], type]:
-    """Return a decorator that annotates a class with its options, sets their defaults, and adds it to `TABLE`.
+    """Return a decorator for a class whose attributes are `Option` rows.
+
+    The decorator completes the rows, moves them to the annotations, makes their defaults the attributes' values, and
+    adds the class to `TABLE`.
 
     Args:
-        commands: those that have the options whose rows name none; without any, every command has them.
+        commands: commands that have the options whose rows name none; if empty, every command has them.
     """
 
     def fill(cls: type) -> type:
@@ -164,27 +169,38 @@ def size(value: Any) -> Any:
     """Parse a size: `WxH`, one number for the longer side, or `Wx` and `xH` for one side, with `FREE_SIDE` for the
     other."""
     if isinstance(value, str):
-        match = re.fullmatch(r"\s*(\d+)()\s*|\s*(\d*)\s*[xX×]\s*(\d*)\s*", value)
-        parts = [part for part in match.groups() if part is not None] if match else []
-        if not any(parts):
-            raise ValueError(f"{value!r} is not a size; write WxH or N, such as 1024x768 or 1024")
-        is_single = match is not None and match[1] is not None
-        value = [int(parts[0])] if is_single else [int(part or FREE_SIDE) for part in parts]
-        lengths = [int(part) for part in parts if part]
+        return _parsed_size(value)
+    if isinstance(value, int):
+        sides = [value]
+    elif isinstance(value, list | tuple):
+        sides = [*value]
     else:
-        lengths = [value] if isinstance(value, int) else value
-        if (
-            isinstance(lengths, list | tuple)
-            and len(lengths) == 2
-            and list(lengths) != [FREE_SIDE, FREE_SIDE]
-        ):
-            lengths = [side for side in lengths if side != FREE_SIDE]
-    if isinstance(lengths, list | tuple) and any(
-        isinstance(n, int | float) and not 1 <= n <= limits.SIDE for n in lengths
-    ):
+        return value  # pydantic refuses it
+    is_one_free = len(sides) == 2 and sides != [FREE_SIDE, FREE_SIDE]
+    _check_sides([side for side in sides if side != FREE_SIDE] if is_one_free else sides)
+    return tuple(sides)
+
+
+def _parsed_size(text: str) -> tuple[int, ...]:
+    """Return the sides of a written size.
+
+    Raises:
+        ValueError: it has another form, no number, or sides that are not permitted.
+    """
+    if re.fullmatch(r"\s*\d+\s*", text):
+        _check_sides([int(text)])
+        return (int(text),)
+    match = re.fullmatch(r"\s*(\d*)\s*[xX×]\s*(\d*)\s*", text)
+    if match is None or not any(match.groups()):
+        raise ValueError(f"{text!r} is not a size; write WxH or N, such as 1024x768 or 1024")
+    _check_sides([int(side) for side in match.groups() if side])
+    return tuple(int(side) if side else FREE_SIDE for side in match.groups())
+
+
+def _check_sides(sides: list[Any]) -> None:
+    """Raise ValueError if a number is too small or too large; pydantic refuses other values."""
+    if any(isinstance(side, int | float) and not 1 <= side <= limits.SIDE for side in sides):
         raise ValueError(f"each side must be between 1 and {limits.SIDE} pixels")
-    sides = [value] if isinstance(value, int) else value
-    return tuple(sides) if isinstance(sides, list | tuple) else value
 
 
 def rows_and_columns(value: Any) -> Any:
@@ -269,6 +285,17 @@ def rigid_size(value: Any) -> Any:
     if isinstance(factor, float | int) and not 0 < factor < math.inf:
         raise ValueError("a factor must be above 0, such as 1.2")
     return factor
+
+
+def band_width(value: Any) -> Any:
+    """Parse a width above 0, or `auto`."""
+    try:
+        width = value if value == "auto" or not isinstance(value, str) else float(value)
+    except ValueError:
+        raise ValueError(f"{value!r} is not a width; give a number, such as 20, or the word auto") from None
+    if isinstance(width, float | int) and not 0 < width <= limits.SVG_NUMBER:
+        raise ValueError("a width must be above 0, such as 20")
+    return width
 
 
 def vertices(value: Any) -> Any:
@@ -433,7 +460,7 @@ class TextOptions:
     """Options of `iccm map` that set a text in place of a file."""
 
     text: str | None = _option(
-        "Use this text in --font as SOURCE: iccm map --text Hello heart.svg.",
+        "Use this text in --font as SOURCE: iccm map --text Hello heart.svg; --fit box bends it into the target.",
         "TEXT",
         basic=True,
         topic="shapes",
@@ -528,10 +555,18 @@ class FlattenOptions:
         default="auto", words="islands segmentation seams net unfold unwrap smart uv",
         topic="mesh",
     )  # fmt: skip
-    max_distortion: float = _option(
-        "With --charts auto: distortion from which a hard surface is cut into nets: the dilatation (longer over "
-        "shorter axis of a small circle's image) on all but 5 % of its area.",
-        "RATIO", default=1.1, least=1, words="stretch tolerance bound k95",
+    max_distortion: float | None = _option(
+        "With --charts auto: distortion from which a piece is cut into more charts: the dilatation (longer over "
+        "shorter axis of a small circle's image) on all but 5 % of its area.  [default: 1.1 for hard surfaces, "
+        "1.5 for others]",
+        "RATIO", least=1, words="stretch tolerance bound k95",
+        topic="mesh",
+    )  # fmt: skip
+    seams: str | None = _option(
+        "Seams to cut along: an OBJ file with lines (l) between vertices of the mesh, or a mesh whose texture "
+        "coordinates have them. Charts are divided further only where they cannot be flattened, or exceed "
+        "--max-distortion.  [default: lines in the mesh's own OBJ file]",
+        "FILE", words="seam mark edges cut uv borders blender",
         topic="mesh",
     )  # fmt: skip
     unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = _option(
@@ -555,10 +590,15 @@ class FlattenOptions:
         "Report of the flattening (JSON); - for stdout.", "FILE.json", topic="output"
     )
     plot: str | None = _option(
-        "Plot the flat mesh and the surface with a checkerboard (.png .svg .pdf).",
+        "Plot the flat mesh, colored by its distortion, and the surface with a checkerboard (.png .svg .pdf).",
         "FILE.png",
-        topic="output",
-    )
+        topic="output", words="heat map distortion",
+    )  # fmt: skip
+    preview: str | None = _option(
+        "Contact sheet: the mesh with a checkerboard from four sides.",
+        "FILE.png",
+        topic="output", words="render thumbnail turntable views",
+    )  # fmt: skip
 
 
 @_table("morph")
@@ -569,9 +609,14 @@ class MorphOptions:
         "Number of frames, including the first and the last shape.", "N", default=24, least=2, most=10_000
     )
     fps: float = _option("Frames per second.", default=12.0, above=0, most=1000)
+    back_and_forth: bool = _option(
+        "Run animations to the target and back, so that they loop without a jump.", default=False,
+        words="loop ping-pong boomerang alternate yoyo reverse bounce mirror endless",
+    )  # fmt: skip
     output: tuple[str, ...] = _option(
-        "What to write: an animation (.webp .png .gif .svg, .json for Lottie), or one file for each frame if the "
-        "name contains {number}: pictures, or artwork (.svg). May be repeated.", "FILE",
+        "What to write: an animation in a loop (.webp .gif .png, .svg with SMIL, .css.svg with CSS, .json for Lottie), "
+        "or one file for each frame if the name contains {number}: pictures, or artwork (.svg). May be repeated.",
+        "FILE",
         default=(), parse=many, required=True, short="-o",
         topic="output",
     )  # fmt: skip
@@ -634,10 +679,11 @@ class RelayoutOptions:
         "Largest distance between the surfaces, relative to the diagonal; texels farther away stay empty.",
         default=0.01,
         least=0,
-        topic="method",
+        topic="mesh",
     )
     padding: int | None = _option(
-        "Texels by which colours extend beyond the charts.  [default: size / 32]",
+        "Texels by which colours extend beyond the charts, -1 for all; normals are flat beyond.  [default: -1, and "
+        "size / 32 for normals]",
         least=-1,
         topic="output",
     )
@@ -655,7 +701,7 @@ class BatchOptions:
         "Allow outputs outside the root folder, and patterns that match files outside the manifest's folder.",
         default=False,
         old=("outside",),
-        topic="mesh",
+        topic="output",
     )
     workers: int | None = _option(
         "Number of worker processes.  [default: all cores]",
@@ -740,7 +786,6 @@ class CheckOptions:
     tolerances: str | None = _option(
         "File of allowed differences.  [default: BASELINES/tolerances.toml, if it exists]",
         "FILE",
-        topic="method",
     )
     junit: str | None = _option(
         "Write a JUnit report for CI, with one test case per file.", "FILE.xml", topic="output"
@@ -925,7 +970,8 @@ class JobOptions:
         topic="output",
     )
     padding: int | None = _option(
-        "Pixels by which colours extend beyond the outline; -1: over the whole picture.",
+        "Pixels by which colours extend beyond the outline, or beyond the charts of a mesh; -1: over the whole "
+        "picture.  [default: 0; charts: -1, and size / 32 for normals]",
         "N",
         least=-1,
         topic="output",
@@ -955,6 +1001,16 @@ class JobOptions:
     plot: str | None = _option(
         "Plot grids, the result, distortion and notes (.png .svg .pdf).", "FILE.png", topic="output"
     )
+    preview: str | None = _option(
+        "Contact sheet of a mesh target: its textured surface from four sides.",
+        "FILE.png", commands=("map",), words="render thumbnail turntable views",
+        topic="output",
+    )  # fmt: skip
+    compare: str | None = _option(
+        "Contact sheet of the results of all values of --fit, with their costs, to choose one by eye.",
+        "FILE.png", commands=("map",), words="sheet candidates choose alternatives side-by-side",
+        topic="output",
+    )  # fmt: skip
     force: bool = _option(
         "Replace existing files.",
         default=False,
@@ -989,7 +1045,7 @@ class JobOptions:
     fit: fits.FitName | None = _option(
         fits.help_text(),
         solver=True, commands=("map", "morph"), basic=True,
-        brief="Which parts may be cropped or left empty where the shapes differ.",
+        brief="What may be cropped or left empty where the shapes differ; box bends a drawing or text into the target.",
         words="mode crop contain cover frame",
         topic="shapes",
     )  # fmt: skip
@@ -1001,12 +1057,26 @@ class JobOptions:
         words="compose composition subject saliency edges",
         topic="shapes",
     )  # fmt: skip
+    faces: Literal["auto", "on", "off"] = _option(
+        "Whether faces in a photo that is its own picture count as much as all of its other detail, and are hardly "
+        "bent. auto: in photos, also embedded ones; on: in drawings, too; off: nowhere.",
+        default="auto", commands=("map",), words="face portrait people head detector",
+        topic="shapes",
+    )  # fmt: skip
     place: solver.PlaceName = _option(
         "How the drawing is placed on the target. fill: it takes the target's form; inside: it keeps its "
         "proportions and is as large as possible inside the target; slice: it keeps its proportions, "
         "covers the target and is cropped to it.", solver=True, commands=("map",), basic=True,
         brief="Fill the target, or keep the drawing's proportions inside it or covering it.",
         words="aspect proportions ratio undistorted logo meet preserve",
+        topic="shapes",
+    )  # fmt: skip
+    along: float | Literal["auto"] | None = _option(
+        "Bend the source's box along a line of the target, like text on a path: it becomes a band of this width, in "
+        "the target's units, with the source's baseline on the line; auto: the width that keeps the source's "
+        "proportions.",
+        "WIDTH|auto", parse=band_width, commands=("map",),
+        words="path line curve follow text-on-path brush ribbon arc",
         topic="shapes",
     )  # fmt: skip
     holes: Literal["auto", "keep", "cut", "fill"] = _option(
@@ -1069,6 +1139,13 @@ class JobOptions:
         default=(), parse=many, commands=("map",),
         topic="constraints",
     )  # fmt: skip
+    rigid_each: bool = _option(
+        "Keep each part of a rigid group rigid separately, such as the letters of a word; without this option, the "
+        "group moves as one body.",
+        default=False,
+        words="separate group letters",
+        topic="constraints",
+    )
     rigid_size: float | Literal["free"] | None = _option(
         "Size of rigid regions relative to the mean scale of the map; free: chosen by the solver.  "
         "[default: 1, or as large as there is room]",
@@ -1130,7 +1207,7 @@ class JobOptions:
     balance: float = _option(
         "Weight of areas against angles: 0 keeps angles only, 1 weights both equally, larger values keep "
         "areas (balanced).", "THETA",
-        most=limits.BALANCE, solver=True, commands=MORPHED,
+        solver=True, commands=MORPHED,
         topic="method",
     )  # fmt: skip
     turn: float | Literal["any"] | None = _option(
@@ -1191,11 +1268,18 @@ class JobOptions:
         topic="mesh",
     )  # fmt: skip
     bake: bool = _option(
-        "Bake a picture for the texture coordinates that the target mesh already has, instead of making new ones.",
+        "Keep the texture coordinates that the target mesh already has, and bake a picture for them; a mesh (.glb "
+        ".gltf .obj) gets it as its material.",
         default=False,
         commands=("map",),
         topic="mesh",
     )
+    overlap: Literal["refuse", "mirror"] = _option(
+        "Charts that overlap in the layout of the mesh and show different parts of the texture. refuse: exit with 1; "
+        "mirror: they are meant to share their texels, as mirrored halves are, which show the first of them.",
+        default="refuse", commands=("map", "relayout"), words="overlapping stacked mirrored symmetric uv",
+        topic="mesh",
+    )  # fmt: skip
     carry_maps: bool = _option(
         "Also carry the other maps of a mesh's materials (normals, roughness, …) to the new coordinates.",
         default=False, commands=("map",),
@@ -1318,8 +1402,8 @@ class CommonOptions:
         topic="limits",
     )
     time_limit: float = _option(
-        "Time limit: the search for a map then returns the best map so far, or an error names the step "
-        "that took too long.", "SECONDS",
+        "Time limit: a search for a map then returns the best map so far; anything else ends with an error that "
+        "names the step.", "SECONDS",
         default=DEFAULT_SECONDS, above=0, commands=("map", "deform", "morph", "apply", "flatten", "relayout"),
         topic="limits",
     )  # fmt: skip

@@ -104,17 +104,21 @@ def folders(program: str) -> list[Path]:
 
 
 def _of_inkscape() -> list[Path]:
+    """Return the folders for extensions of Inkscape: of its user profile, and of its Flatpak if that was used."""
     home, command = Path.home(), shutil.which(os.environ.get("INKSCAPE_COMMAND") or "inkscape")
     if profile := os.environ.get("INKSCAPE_PROFILE_DIR"):
         profiles = [Path(profile)]
     elif command and (profile_folder := _last_line_of([command, "--user-data-directory"])):
         profiles = [Path(profile_folder)]
     else:
-        profiles = [path for path in [_settings("inkscape", "inkscape")] if path.is_dir()]
+        usual = _settings("inkscape", "inkscape")
         mac = home / "Library/Application Support/org.inkscape.Inkscape/config/inkscape"
-        profiles = [mac] if sys.platform == "darwin" and mac.is_dir() else profiles
+        usual = mac if sys.platform == "darwin" and mac.is_dir() else usual
+        profiles = [usual] if usual.is_dir() else []
     flatpak = home / ".var/app/org.inkscape.Inkscape/config/inkscape"
-    return [path / "extensions" for path in [*profiles, *([flatpak] if flatpak.is_dir() else [])]]
+    if flatpak.is_dir():
+        profiles.append(flatpak)
+    return [profile / "extensions" for profile in profiles]
 
 
 def _of_blender() -> list[Path]:

@@ -34,11 +34,12 @@ def read_shape(
         InputError: The file is missing, or no shape can be read from it.
 
     Examples:
+        >>> import iccm
         >>> import pathlib, tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = pathlib.Path(folder) / "kite.svg"
         ...     _ = path.write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0L4 1L5 5L1 4Z"/></svg>')
-        ...     read_shape(path).curve.area
+        ...     iccm.read_shape(path).curve.area
         15.0
     """
     text = fspath(path)
@@ -57,11 +58,12 @@ def read_image(path: str | PathLike) -> NDArray:
         InputError: The file is missing, or is not a picture.
 
     Examples:
+        >>> import iccm
         >>> import pathlib, tempfile
         >>> from PIL import Image
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     Image.new("RGB", (3, 2), (255, 0, 0)).save(path := pathlib.Path(folder) / "red.png")
-        ...     read_image(path).shape
+        ...     iccm.read_image(path).shape
         (2, 3, 3)
     """
     return np.asarray(image_files.read(fspath(path)).pixels)

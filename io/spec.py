@@ -12,6 +12,7 @@ INVERSE = "inverse:"
 """Before the name of a saved map: the inverse of that map."""
 FORMER_INVERSE = "~"
 """The same in earlier versions; shells such as zsh expand it to a folder."""
+MOST_DIGITS = 9  # of the number of an outline; a longer one is the name of a part
 
 
 def saved_map_of(name: str) -> tuple[str, bool]:
@@ -45,7 +46,7 @@ class Spec:
         """Parse `file#part#number`; if it does not end in a number, everything after the file is the name of a part."""
         file = path_of(text)
         part, mark, last = text[len(file) + 1 :].rpartition("#")
-        if last.isdecimal():
+        if last.isdecimal() and len(last) <= MOST_DIGITS:
             return cls(Path(file), part if mark else None, int(last))
         return cls(Path(file), f"{part}{mark}{last}" or None)
 

@@ -13,7 +13,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 UNKNOWN = "unknown key"
 MISSING = "is missing"
 NOT_UNICODE = "the name is not UTF-8; rename the file"
-EMPTY_NAME = "the name is empty; name a file, or leave it out"
+EMPTY_NAME = "the name is empty; give one, or leave it out"
 TRUE = ("true", "yes", "on", "t", "y", "1")
 FALSE = ("false", "no", "off", "f", "n", "0")
 """Words for true and false, in any case."""

@@ -4,15 +4,18 @@ A sample is a folder with a file command.txt, one command per line, run from wit
 out/. --update stores out/picture.png as the sample's picture.png, with which the tests compare; look at it first.
 """
 
+import contextlib
+import io
+import os
 import shlex
 import shutil
-import subprocess
 import sys
 import time
 from pathlib import Path
 
+from iccm import cli
+
 HERE = Path(__file__).resolve().parent
-ICCM = Path(sys.executable).parent / "iccm"
 
 
 def samples() -> list[Path]:
@@ -21,24 +24,24 @@ def samples() -> list[Path]:
 
 
 def commands(folder: Path) -> list[list[str]]:
-    """Return the commands of a sample, to be run by the `iccm` installed beside this Python; old results are
-    replaced.
-    """
+    """Return the arguments of a sample's commands; old results are replaced."""
     lines = (folder / "command.txt").read_text(encoding="utf-8").splitlines()
     words = [shlex.split(line, comments=True) for line in lines]
-    return [[str(ICCM), *rest, "--force"] for _, *rest in filter(None, words)]
+    return [[*rest, "--force"] for _, *rest in filter(None, words)]
 
 
 def run(folder: Path, *, update: bool = False) -> bool:
-    """Run a sample, print a line about it, and return whether it succeeded."""
+    """Run a sample in this process, print a line about it, and return whether it succeeded."""
     (folder / "out").mkdir(exist_ok=True)
     print(f"{folder.name:16} ...", end="\r", flush=True)
     start = time.perf_counter()
     for command in commands(folder):
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            print(f"{folder.name:16} failed, exit code {done.returncode}", flush=True)
-            print(done.stderr, file=sys.stderr, flush=True)
+        messages = io.StringIO()
+        with contextlib.chdir(folder), contextlib.redirect_stderr(messages):
+            code = cli.run(command)
+        if code:
+            print(f"{folder.name:16} failed, exit code {code}", flush=True)
+            print(messages.getvalue(), file=sys.stderr, flush=True)
             return False
     if update:
         shutil.copyfile(folder / "out" / "picture.png", folder / "picture.png")
@@ -57,12 +60,7 @@ def main(names: list[str]) -> int:
     if unknown:
         print(f"no sample {unknown[0]!r}; there is {', '.join(f.name for f in folders)}", file=sys.stderr)
         return 2
-    if not ICCM.exists():
-        print(
-            f"{ICCM} is missing; run `make demo`, or install the package beside {sys.executable}",
-            file=sys.stderr,
-        )
-        return 2
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as `iccm` does; other threads would wait busily
     results = [run(folder, update=update) for folder in folders if not names or folder.name in names]
     return 0 if all(results) else 1
 

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 from iccm.io.extras import PURPOSES
@@ -20,7 +21,6 @@ from iccm.io.extras import PURPOSES
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
-EXTRAS = ",".join(PURPOSES)
 TEST_REQUIREMENTS = (
     "pytest>=8.3",
     "pytest-timeout>=2.3",
@@ -61,6 +61,13 @@ def build(folder: Path) -> Path:
     return next(folder.glob("*.whl"))
 
 
+def claimed_requirements() -> list[str]:
+    """Return what iccm and its extras require: uv takes the lowest versions only of what it is asked for directly."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    return [*project["dependencies"], *(line for extra in PURPOSES for line in extras[extra])]
+
+
 def run(python: str, versions: str, wheel: Path, tests: list[str], folder: Path) -> tuple[bool, str]:
     """Install and test in one fresh environment; whether all passed, and the last line of the tests or the mistake."""
     environment = folder / "venv"
@@ -69,7 +76,7 @@ def run(python: str, versions: str, wheel: Path, tests: list[str], folder: Path)
         return True, "not installed here"
     interpreter = environment / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     install = ["pip", "install", "--quiet", "--python", str(interpreter), "--only-binary", ":all:"]
-    claimed = uv(*install, "--resolution", RESOLUTIONS[versions], f"{wheel}[{EXTRAS}]")
+    claimed = uv(*install, "--resolution", RESOLUTIONS[versions], str(wheel), *claimed_requirements())
     helpers = uv(*install, *TEST_REQUIREMENTS, *HELPERS) if not claimed.returncode else claimed
     if helpers.returncode:
         return False, f"cannot install: {helpers.stderr.strip()}"

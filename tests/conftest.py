@@ -87,6 +87,16 @@ def own_state(states, monkeypatch):
     monkeypatch.setenv("LOCALAPPDATA", state)  # the same on Windows
 
 
+@pytest.fixture(scope="session")
+def all_variants():
+    """The names of the core's variants, all of which are compiled: a checkout has only that for its processor."""
+    if library.library().iccm_runtime_x86_64_level() < 3:
+        pytest.skip("this processor can run one variant only")
+    script = Path(__file__).parents[1] / "core" / "compile.py"
+    subprocess.run([sys.executable, str(script), str(library.FOLDER)], check=True, capture_output=True)
+    return [path.stem.removeprefix("core-") for path in library.FOLDER.glob("core-*.*")]
+
+
 @pytest.fixture
 def shapes(tmp_path, monkeypatch):
     """A folder, made current, with square.svg, blob.svg and disk.svg."""

@@ -193,7 +193,7 @@ GLOBS = [
     "**/../*",
 ]
 OUT_OF_IT = re.compile(r"""(?<![\w-])url\(\s*["']?(?!\s*(?:#|data:))|@import""", re.IGNORECASE)
-NO_NUMBER = re.compile(r"(?:^|[\s(,;:MCZ-])(?:nan|inf)(?:$|[\s,;)CZ])", re.IGNORECASE)
+NO_NUMBER = re.compile(r"(?:^|[\s(,;:MLCZ-])(?:nan|inf)(?:$|[\s,;)LCZ])", re.IGNORECASE)
 WORDED = {"id", "class", "style"}
 WORDS = [
     b"NaN",
@@ -358,14 +358,14 @@ def packed_glb(scene: dict, data: bytes) -> bytes:
 def npz() -> bytes:
     """A saved map: a square of eight triangles, bent."""
     from iccm.maps.triangulated.map import TriangulatedMap
-    from iccm.saved.map_file import RINGS, MapFile, Plane
+    from iccm.saved.map_file import RINGS, MapFile, SavedPlane
 
     x, y = np.meshgrid(np.arange(3.0), np.arange(3.0))
     z = (x + 1j * y).ravel()
     faces = np.array([[a, a + 1, a + 4] for a in (0, 1, 3, 4)] + [[a, a + 4, a + 3] for a in (0, 1, 3, 4)])
     rim = np.array([0, 1, 2, 5, 8, 7, 6, 3])
     map = TriangulatedMap(z, z + 0.1 * (z.real**2 - z.imag), faces, (rim,))
-    planes = [Plane(w[rim], (w.real.min() + 1j * w.imag.min() - 1 - 1j, 3 + 4j), name=name)
+    planes = [SavedPlane(w[rim], (w.real.min() + 1j * w.imag.min() - 1 - 1j, 3 + 4j), name=name)
               for w, name in ((map.source, "a.svg"), (map.image, "b.svg"))]  # fmt: skip
     about = {"ended": "REACHED", "notes": ["a note"], "energies": [{"total": 1.5}], "rigid": []}
     about |= {"rigid_of_target": False, "job": {"method": "balanced", "holes": "auto", "target_box": None}}
@@ -725,14 +725,14 @@ def read(kind: str, folder: Path, data: bytes) -> None:
         stmap_files.apply(st, image_files.Image(np.zeros((9, 9, 3), np.uint8)), folder / "o.png")
     elif kind == "glb":
         describe.describe(path)
-        mesh_reading.read(str(path), cut=True)
+        mesh_reading.read(str(path), cutting=mesh_reading.Cutting(closed=True))
     elif kind == "svg":
         describe.describe(path)
         shape.read(str(path))
     elif kind in ("obj", "ply", "off", "stl"):
         (folder / "m.mtl").write_bytes(MTL)
         describe.describe(path)
-        mesh_reading.read(str(path), cut=True)
+        mesh_reading.read(str(path), cutting=mesh_reading.Cutting(closed=True))
     elif kind == "mtl":
         (folder / "o.obj").write_bytes(OBJ.replace(b"m.mtl", b"x.mtl"))
         _ = mesh_reading.read(str(folder / "o.obj")).pictures

@@ -16,6 +16,7 @@ def test_mutated_inputs_are_read_or_refused_in_one_line(kind):
     assert fuzz.hunt(kind, 0, 20 // fuzz.SLOW.get(kind, 1)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", fuzz.SEEDS)
 def test_the_seeds_themselves_are_read(kind, tmp_path):
     fuzz.read(kind, tmp_path, fuzz.SEEDS[kind])

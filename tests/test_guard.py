@@ -37,6 +37,7 @@ def test_only_the_median_counts(capsys):
     assert lines[0].startswith("solve    1.100 (") and "above" not in lines[0] and "above 1.2" in lines[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["solve", "map", "warp", "flatten"])
 def test_there_is_a_task_for_each_part(name):
     assert name in guarded.tasks()

@@ -64,6 +64,12 @@ HOSTILE = """<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.
 <style>@import url("http://127.0.0.1:9/a.css"); @font-face {font-family: x; src: url(canary.ttf)}</style>
 <image xlink:href="canary.png" width="9" height="9"/><use href="canary.svg#a"/>
 <script href="canary.js"/><path d="M10 10H90V80L60 90H10Z"/></svg>"""
+LAND = """<kml xmlns="http://www.opengis.net/kml/2.2"><Folder><name>f</name>
+<NetworkLink><Link><href>http://127.0.0.1:9/a.kml</href></Link></NetworkLink>
+<NetworkLink><Link><href>canary.svg</href></Link></NetworkLink>
+<Style id="a"><IconStyle><Icon><href>canary.png</href></Icon></IconStyle></Style>
+<Placemark><styleUrl>http://127.0.0.1:9/b.kml#x</styleUrl><Polygon><outerBoundaryIs><LinearRing>
+<coordinates>0,0 3,0 3,2 0,1 0,0</coordinates></LinearRing></outerBoundaryIs></Polygon></Placemark></Folder></kml>"""
 COMMANDS = {
     "map": ("map square.svg disk.svg --texture t.png -o o.png -o o.svg -o o.npz --report r.json",
             "o.png o.svg o.npz r.json"),
@@ -77,6 +83,7 @@ COMMANDS = {
     "a field with data elsewhere": ("apply elsewhere.mha t.png -o o.png", ""),
     "a mesh that a process reads": ("map sheet.vtp square.svg -o o.png --size 32", "o.png"),
     "a field that a process reads": ("apply here.mha t.png -o o.png", "o.png"),
+    "a layer that a process reads": ("map land.kml square.svg -o o.png --size 32", "o.png"),
     "a text": ("map disk.svg --target-text Hi -o o.png --size 32", "o.png"),
     "points": ("map square.svg disk.svg --source-landmarks a.csv --target-landmarks a.csv -o o.png --size 32", "o.png"),
     "regions": ("apply planted.npz b.zip -o o.zip", "o.zip"),
@@ -123,6 +130,7 @@ def folder(shapes):
             offsets=" ".join(str(3 * k + 3) for k in range(len(FACES))),
         )
     )
+    Path("land.kml").write_text(LAND)
     Path("a.csv").write_text("x,y\n30,40\n60,45\n")
     with zipfile.ZipFile("b.zip", "w") as archive:
         for number, place in enumerate([(1, 1), (2, 2)]):
@@ -164,7 +172,9 @@ def check(events, folder, written):
     inputs |= {
         folder / name for name in ("sheet.glb", "names.obj", "planted.npz", "jobs.jsonl", "results/a.png")
     }
-    inputs |= {folder / name for name in ("elsewhere.mha", "here.mha", "sheet.vtp", "a.csv", "b.zip")}
+    inputs |= {
+        folder / name for name in ("elsewhere.mha", "here.mha", "sheet.vtp", "land.kml", "a.csv", "b.zip")
+    }
     outputs = {folder / name for name in written.split()}
     folders = {path.parent for path in outputs}  # they are created unless they exist
     stems = {path.stem.lstrip(".") for path in outputs}
@@ -191,7 +201,7 @@ def check(events, folder, written):
             assert allowed or not path.exists() or not inner, f"reads {name}"
 
 
-LIBRARIES = {".mha": "SimpleITK", ".vtp": "vtk"}
+LIBRARIES = {".mha": "SimpleITK", ".vtp": "vtk", ".kml": "pyogrio"}
 """Libraries of extras that are needed to read files with some suffixes."""
 
 
@@ -230,19 +240,21 @@ def test_no_command_goes_beyond_the_inventory(folder, name, tmp_path_factory):
 TRACED = re.compile(r'(\w+)\((?:AT_FDCWD, |\d+(?:<[^>]*>)?, )?"((?:[^"\\]|\\.)*)"(.*)')
 
 
-@pytest.mark.slow
+TRACED_COMMANDS = [
+    "map",
+    "a hostile drawing",
+    "a hostile texture",
+    "a saved map",
+    "a field with data elsewhere",
+    "a field that a process reads",
+    "a mesh that a process reads",
+    "a layer that a process reads",
+    "flatten",
+]
+
+
 @pytest.mark.skipif(not shutil.which("strace"), reason="strace is not installed")
-@pytest.mark.parametrize(
-    "name",
-    [
-        "map",
-        "a hostile drawing",
-        "a hostile texture",
-        "a saved map",
-        "a field with data elsewhere",
-        "flatten",
-    ],
-)
+@pytest.mark.parametrize("name", [marked(name) for name in TRACED_COMMANDS])
 def test_libraries_read_and_write_nothing_else(folder, name):
     typed, written = COMMANDS[name]
     line = [

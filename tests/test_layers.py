@@ -37,8 +37,8 @@ ORDER = (
     "io.svg",
     "io.memory io.quiet_stderr io.checked",
     "io.isolated",
-    "io.options io.option_groups io.page io.spec io.formats io.point_syntax io.references io.values",
-    "io.extras io.files io.lengths io.limits io.projections",
+    "io.options io.option_groups io.figure_table io.page io.spec io.formats io.point_syntax io.references io.values",
+    "io.extensions io.extras io.files io.lengths io.limits io.projections",
     "texture_transfer",
     "solve cartograms",
     "projection",
@@ -146,6 +146,7 @@ def test_every_module_is_in_a_room():
     assert rooms <= set(FLOOR), rooms - set(FLOOR)
 
 
+@pytest.mark.slow
 def test_imports_run_one_way():
     assert not backwards(graph_of_iccm())
 
@@ -237,6 +238,7 @@ def loaded(statement: str) -> set[str]:
     )
 
 
+@pytest.mark.slow
 def test_the_core_leaves_the_outer_libraries_alone():
     """Except for the figure, which is imported when needed."""
     names = sorted(
@@ -284,6 +286,7 @@ NOT_FOR_A_PICTURE = {
 }
 
 
+@pytest.mark.slow
 def test_a_picture_by_the_default_method_imports_only_what_it_needs(tmp_path):
     picture, shapes = tmp_path / "out.png", ROOT / "tests" / "wheel"
     job = ["map", shapes / "square.svg", shapes / "blob.svg", "--texture", shapes.parents[1] / TEXTURE]

@@ -197,6 +197,7 @@ def test_the_template_for_gitlab_runs_and_keeps_its_report_of_a_difference(jobs,
     assert all((tmp_path / name).exists() for name in kept) and template["artifacts"]["when"] == "always"
 
 
+@pytest.mark.slow
 def test_the_hook_checks_manifests_and_names_the_mistake(tmp_path):
     (hook,) = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
     for name in ("square.svg", "blob.svg"):

@@ -28,7 +28,9 @@ def staged(folder: Path) -> Path:
         "iccm/progress.py",
         "iccm/py.typed",
         "io/__init__.py",
+        "io/extensions.py",
         "io/files.py",
+        "io/limits.py",
         "cli/__init__.py",
     ):
         part, _, file = name.partition("/")
@@ -64,7 +66,8 @@ fit = iccm.fit(square, square, method="paper", pins=[(0.5, 0.5)])
 w: np.ndarray = fit.map(square)
 x: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = fit.map([0.25, 0.5])
 pairs: np.ndarray[tuple[int, ...], np.dtype[np.float64]] = fit.inverse(np.array([[0.25, 0.5]]))
-z: np.ndarray[tuple[int, ...], np.dtype[np.complex128]] = fit.transform(0.25 + 0.5j)
+z: np.ndarray[tuple[int, ...], np.dtype[np.complex128]] = fit.transform(np.array([0.25 + 0.5j]))
+points: list[complex] = [fit.transform(0.25 + 0.5j), fit.map(0.25 + 0.5j), fit.inverse(0.25 + 0.5j)]
 left, right, bottom, top = iccm.transfer(iccm.checkerboard(), square, square, edge="repeat").extent
 moved: iccm.Fit = iccm.deform(square, pins=[(0.5, 0.5)], start=fit)
 pixels: np.ndarray = iccm.transfer(iccm.checkerboard(), square, square, size=64).pixels
@@ -94,22 +97,32 @@ MISTAKES = {
 
 @pytest.mark.slow
 def test_a_users_type_checker_sees_the_signatures(tmp_path):
-    """mypy does not follow the import hooks of an editable installation, so it gets a copy."""
+    """So are the examples of all pages. mypy does not follow the import hooks of an editable installation, so it gets a
+    copy.
+    """
     for name in ("iccm", "iccm.io", "iccm.cli"):
         home = Path(importlib.import_module(name).__file__).parent
         shutil.copytree(home, tmp_path / name.replace(".", "/"), dirs_exist_ok=True)
     lines = [*USER.splitlines(), *MISTAKES, "reveal_type(iccm.fit)"]
     (tmp_path / "user.py").write_text("\n".join(lines))
+    texts = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md"))]
+    blocks = re.findall(r"^```python\n(.*?)^```", "".join(texts), re.DOTALL | re.MULTILINE)
+    pages = [f"page_{number}.py" for number in range(len(blocks))]
+    for name, block in zip(pages, blocks):
+        (tmp_path / name).write_text(block)
     quick = ["--follow-imports", "silent", "--ignore-missing-imports", "--cache-dir", "cache"]
+    quick += ["--allow-untyped-calls", "--implicit-reexport"]  # for other libraries that pages use
     result = subprocess.run(
-        [sys.executable, "-m", "mypy", *quick, "--strict", "user.py"],
+        [sys.executable, "-m", "mypy", *quick, "--strict", "user.py", *pages],
         cwd=tmp_path,
         capture_output=True,
         text=True,
     )
+    assert len(pages) > 10
     messages = {}
     for line in result.stdout.splitlines()[:-1]:
-        _, number, text = line.split(":", 2)
+        file, number, text = line.split(":", 2)
+        assert file == "user.py", line
         messages[lines[int(number) - 1]] = messages.get(lines[int(number) - 1], "") + text
     assert messages.keys() == {*MISTAKES, "reveal_type(iccm.fit)"}, result.stdout
     assert all(text in messages[line] for line, text in MISTAKES.items()), result.stdout

@@ -15,7 +15,7 @@ from .scripts import script
 
 DOCS = Path(__file__).parents[1] / "docs"
 SITE = script("docs/site.py")
-TOOLS = ("jq", "xargs", "parallel", "make")
+TOOLS = ("jq", "xargs", "make")
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ LIMIT = 0.006
 
 
 RUN = script("samples/run.py")
+ICCM = str(Path(sys.executable).parent / "iccm")
 NAMES = [folder.name for folder in RUN.samples()]
 
 
@@ -52,7 +54,7 @@ def test_a_sample_makes_its_picture(name, tmp_path):
     shutil.copytree(SAMPLES / name, folder, ignore=shutil.ignore_patterns("out", "picture.png"))
     (folder / "out").mkdir()
     for command in RUN.commands(folder):
-        result = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        result = subprocess.run([ICCM, *command], cwd=folder, capture_output=True, text=True, check=False)
         assert result.returncode == 0, result.stderr
     picture, stored = image_files.read(folder / "out/picture.png").pixels, baseline(name)
     if name in FREE:

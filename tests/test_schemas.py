@@ -4,6 +4,9 @@ import json
 
 import pytest
 
+from iccm.io.check.compare import Tolerances
+from iccm.io.figure_table import REPORTS
+
 from .conftest import SCHEMAS, validator
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -49,9 +52,27 @@ def test_a_report_has_no_key_that_its_schema_lacks(shapes, iccm, arguments):
     assert described(result, schema, schema) == []
 
 
+def test_each_key_follows_the_object_that_contains_it():
+    for name, kind in REPORTS.items():
+        known = {""}
+        for row in kind.rows:
+            assert row.key.rpartition(".")[0].removesuffix("[]") in known, (name, row.key)
+            assert row.key not in known, (name, row.key)
+            known.add(row.key)
+
+
+def test_times_are_ignored_in_all_reports_and_shares_are_compared():
+    allowed = Tolerances()
+    for key in ("seconds", "seconds.solve", "specimens.3.seconds", "inputs.0.path", "job.size"):
+        assert allowed.figure(key).ignore, key
+    assert not allowed.figure("inputs.0.sha256").ignore
+    assert allowed.figure("shown").abs > allowed.figure("left_out").abs
+
+
 SAMPLES = SCHEMAS.parents[2] / "samples"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", [("-o", "out.obj"), ("--bake", "-o", "out.png", "--size", "32")])
 def test_a_mesh_adds_keys_that_the_schema_knows(shapes, iccm, output):
     assert iccm("flatten", SAMPLES / "hexagon-surface" / "sail.obj", "--uv", "sail.obj").code == 0
@@ -76,6 +97,7 @@ def test_layouts_are_as_their_schemas(shapes, iccm):
         assert not validator(name).is_valid(result | {"status": "wrong"})
 
 
+@pytest.mark.slow
 def test_results_and_verdicts_are_as_their_schemas(shapes, iccm):
     (shapes / "empty.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
     job = '{{"source": "{}", "target": "disk.svg", "size": 32, "output": "{}.png", "report": "{}.json"}}\n'

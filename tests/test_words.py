@@ -1,4 +1,4 @@
-"""Messages, help, docstrings and comments do not use terms that the glossary lists as not to be used."""
+"""Messages, help, docstrings and comments do not use the words of `AVOIDED`."""
 
 import ast
 import io
@@ -57,7 +57,7 @@ def avoidable(source):
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_a_module_does_not_use_terms_to_avoid(path):
     terms = avoidable(path.read_text(encoding="utf-8"))
-    assert not terms, "docs/glossary.md lists other words: " + ", ".join(
+    assert not terms, "AVOIDED in tests/test_pages.py has other words: " + ", ".join(
         f"line {line}: {term}" for line, term in sorted(terms)
     )
 

@@ -16,6 +16,7 @@ import starfish from '../samples/limbs/starfish.svg';
 import whale from '../samples/raster/whale.svg';
 import leaf from '../samples/rose-leaf/leaf.svg';
 import {button, byId, followPointer, input, select, SVG} from '../io/edit/page/dom.js';
+import {AGREED_DIAGONAL_SHARE} from './constants.js';
 import {boxOf, isCrossing, moments} from './curve.js';
 import {brush, subdivided} from './deformation.js';
 import {displacement, Offer} from './offer.js';
@@ -46,7 +47,6 @@ const MOST_TEXTURE_SIDE = 2048; // pixels of a picture; larger ones are reduced
 const BRUSH_SHARE = 0.3;        // radius of a drag, relative to the diagonal of the shape
 const DRAGGED_EDGE_SHARE = 0.01;  // edges of a dragged outline, relative to its diagonal
 const MOST_FOLLOWED = 30;       // answers after a movement, until the map has come to rest
-const AGREED_SHARE = 0.005;     // maps are the same if most points are closer than this, relative to the target's diagonal
 const BETTER_ENERGY_SHARE = 0.02;  // by which the energy of another map is lower, if it is offered
 const VALUES = ['try-picture', 'try-from', 'try-into', 'try-balance'];  // controls that undo returns to
 const DRAWN_EDGE = 3;           // pixels between the points of a drawn line
@@ -468,7 +468,7 @@ export class Demo {
     if (!shown) return;
     const [left, top, right, bottom] = boxOf(this.target.outline), away = displacement(shown.floats, other.floats) / Math.hypot(right - left, bottom - top);
     const {short} = this.pinning, gain = 1 - other.figures.energy / shown.figures.energy;
-    if (away <= AGREED_SHARE && !short.length) {
+    if (away <= AGREED_DIAGONAL_SHARE && !short.length) {
       this.#isFound = true;
       this.steps.amend({isFound: true});
       this.#showCommand();

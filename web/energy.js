@@ -1,5 +1,6 @@
 // The energy of a balanced map, and Newton's method for it, both in the core; as in iccm/balanced/minimise.
 
+import {BOTH_AREAS, HELD} from './constants.js';
 import {declare, Scratch, struct} from './core.js';
 
 /** @import {Pattern} from './linear.js' */
@@ -19,8 +20,6 @@ import {declare, Scratch, struct} from './core.js';
  * @property {Float64Array} laps
  */
 
-export const HELD = 0, SLIDING = 1, FREE = 2;  // kinds of constrained vertices
-export const BOTH_AREAS = 0.5;  // share of the image's area in the measure
 const NO_RAIL = {knots: Float64Array.of(0, 1), vertices: Float64Array.of(0, 0), corners: new Float64Array(0)};
 
 const hatGradients = declare(`int64_t iccm_minimise_hat_gradients(

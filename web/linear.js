@@ -1,5 +1,6 @@
 // The pattern of the Cholesky factor of a mesh's matrices; as in iccm/linalg (ordering.py, fronts.py, cholesky.py).
 
+import {FIRST_ENTRIES_PER_VERTEX, LEAST_FRONT_VERTICES, MOST_ZEROS_SHARE} from './constants.js';
 import {declare, Scratch, struct} from './core.js';
 import {lastUpTo} from './curve.js';
 
@@ -17,9 +18,6 @@ import {lastUpTo} from './curve.js';
  * @property {() => Struct} factor returns the record of a factor
  */
 
-const FIRST_ENTRIES_PER_VERTEX = 16;  // of the factor, for which memory is allocated at first
-const LEAST_FRONT_VERTICES = 4;       // least number of vertices of a front
-const MOST_ZEROS_SHARE = 0.2;         // largest share of zeros in a front
 
 const frontsRecord = struct(`struct Fronts {
   const int64_t *starts; const int64_t *beyond_starts; const int64_t *beyond; const int64_t *parents;

@@ -1,9 +1,13 @@
 // A map on a mesh that Newton's method moves, and one level of the search; as in
 // iccm/balanced/model/discrete_map.py and iccm/balanced/search/levels.py, without exact pins, holes and surfaces.
 
+import {
+  BADLY_STRETCHED, BOTH_AREAS, EASED, EASING_STEPS, FORWARD, GOOD_ENOUGH, HELD, MOST_PAIRS, OUTLINE_WEIGHT, PATIENT_STEPS, SETTLED, SLIDING,
+  SMOOTHED_RINGS, SMOOTHINGS, SPACING_MESH_SIZES, UNTANGLE_STEPS, UPRIGHT,
+} from './constants.js';
 import {declare} from './core.js';
 import {Curve, lastUpTo, modulo, reals} from './curve.js';
-import {BOTH_AREAS, energyOf, geometry, HELD, restOf, SLIDING, System} from './energy.js';
+import {energyOf, geometry, restOf, System} from './energy.js';
 import {patternOf} from './linear.js';
 import {transfer} from './locate.js';
 import {even, finerAtPins, graded, stretches, triangulate} from './mesh.js';
@@ -34,18 +38,7 @@ export const weightsOf = (theta, pins) => ({theta, upright: pins && pins.count >
 export const inverseWeights = (weights) => ({...weights, pins: weights.pins?.inverse() ?? null});
 
 
-const UPRIGHT = 2;  // cost of a rotation
-const OUTLINE_WEIGHT = 0.02;   // of the outline's term
-const SPACING_MESH_SIZES = 0.75;  // distance of the outline's vertices, in mesh sizes
-const MOST_PAIRS = 3000;       // vertices of an outline
-const STEPS = 40, PATIENT_STEPS = 200;  // of unfolding, and if fewer leave folds
-const SMOOTHED_RINGS = 4, SMOOTHINGS = 20;  // on a new mesh: rings of vertices at the outline, and sweeps
-const FORWARD = 8;             // Newton steps on the map before steps on its inverse
-export const GOOD_ENOUGH = 5e-4;  // a Newton step with a smaller relative decrease is the last
-const SETTLED = 1e-3;          // a round of steps with a smaller relative decrease is the last
-const BADLY_STRETCHED = 25;    // stretch from which a new mesh is relaxed
 const MOVED_EDGE = 0.02;       // largest edge of an outline that is moved
-const EASING_STEPS = 10, EASED = 1e-2;  // most steps on a new mesh, and the relative decrease that ends them
 
 const neighbours = declare('int64_t iccm_maps_neighbours(const int64_t *faces, int64_t m, int64_t vertices, int64_t *across)');
 const flipToLowerEnergy = declare(`int64_t iccm_model_flip_to_lower_energy(
@@ -161,7 +154,7 @@ export class DiscreteMap {
    * @param {boolean} [harmonic] whether to start from the harmonic map; else vertices near folds are moved first
    * @param {number} [steps]
    */
-  unfolded(harmonic = true, steps = STEPS) {
+  unfolded(harmonic = true, steps = UNTANGLE_STEPS) {
     const {z, faces, pattern} = this.mesh, u = this.mesh.u.slice();
     if (!harmonic) {
       try {

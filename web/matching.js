@@ -1,6 +1,10 @@
 // Correspondences of two outlines to start from: elastic matches, and arclength with shifts; as in
 // iccm/balanced/search/initial_matches.py, with the same constants.
 
+import {
+  ANY_TURN, ARCLENGTH_SHIFTS, CYCLIC_SHIFTS, DIFFERENT_MATCH_DISTANCE, MATCH_STEPS, MOST_TURNED, OUTLINE_SAMPLES, POSITION_WEIGHT,
+  TANGENT_CHORD_SHARE, TURNED_STARTS, TURNS,
+} from './constants.js';
 import {modulo, reals} from './curve.js';
 import {matchAt} from './pairs.js';
 
@@ -8,17 +12,6 @@ import {matchAt} from './pairs.js';
 /** @import {Match} from './pairs.js' */
 /** @import {Pins} from './pins.js' */
 
-const SAMPLES = 64;          // of each outline
-const CYCLIC_SHIFTS = 16;    // of the target, for each rotation
-const POSITION_WEIGHT = 0.5; // weight of the difference of positions
-const TANGENT_CHORD_SHARE = 0.01;  // relative to the length: extension of the chord of a tangent
-const DIFFERENT = 0.12;      // mean distance on the unit circle above which two matches count as different
-const STEPS = [[1, 1], [1, 2], [2, 1], [1, 3], [3, 1], [2, 3], [3, 2], [1, 4], [4, 1], [3, 4], [4, 3]];
-const ARCLENGTH_SHIFTS = 8;
-const MOST_TURNED = 100 * Math.PI / 180;  // largest rotation of the similarity that fits a match best
-const TURNS = [[0, 5], [0.6, 2], [-0.6, 2]];  // rotations of elastic starts in radians, and the number of each
-const ANY_TURN = [[0, 4], [0.5 * Math.PI, 2], [Math.PI, 2], [-0.5 * Math.PI, 2]];  // the same if rotations cost nothing
-const TURNED_STARTS = 3;     // elastic matches at the rotation that fits the pins best
 
 /**
  * Return unit tangents and midpoints of equal pieces of an outline; the latter in units of the radius of gyration.
@@ -26,17 +19,17 @@ const TURNED_STARTS = 3;     // elastic matches at the rotation that fits the pi
  * @param {number} turn rotation in radians
  */
 function samples(curve, turn) {
-  const {length} = curve, step = length / SAMPLES, reach = TANGENT_CHORD_SHARE * length;
-  const start = curve.at(reals(SAMPLES, (k) => k * step)), end = curve.at(reals(SAMPLES, (k) => (k + 1) * step));
-  const before = curve.at(reals(SAMPLES, (k) => k * step - reach)), after = curve.at(reals(SAMPLES, (k) => (k + 1) * step + reach));
-  const c = Math.cos(turn), s = Math.sin(turn), tangents = new Float64Array(2 * SAMPLES), middles = new Float64Array(2 * SAMPLES);
+  const {length} = curve, step = length / OUTLINE_SAMPLES, reach = TANGENT_CHORD_SHARE * length;
+  const start = curve.at(reals(OUTLINE_SAMPLES, (k) => k * step)), end = curve.at(reals(OUTLINE_SAMPLES, (k) => (k + 1) * step));
+  const before = curve.at(reals(OUTLINE_SAMPLES, (k) => k * step - reach)), after = curve.at(reals(OUTLINE_SAMPLES, (k) => (k + 1) * step + reach));
+  const c = Math.cos(turn), s = Math.sin(turn), tangents = new Float64Array(2 * OUTLINE_SAMPLES), middles = new Float64Array(2 * OUTLINE_SAMPLES);
   let square = 0;
-  for (let k = 0; k < 2 * SAMPLES; k += 2) {
+  for (let k = 0; k < 2 * OUTLINE_SAMPLES; k += 2) {
     const x = after[k] - before[k], y = after[k + 1] - before[k + 1], size = Math.max(Math.hypot(x, y), 1e-12);
     tangents.set([(c * x - s * y) / size, (s * x + c * y) / size], k);
     const mx = 0.5 * (start[k] + end[k]), my = 0.5 * (start[k + 1] + end[k + 1]);
     middles.set([c * mx - s * my, s * mx + c * my], k);
-    square += (mx * mx + my * my) / SAMPLES;
+    square += (mx * mx + my * my) / OUTLINE_SAMPLES;
   }
   return {tangents, middles: middles.map((value) => value / Math.sqrt(square))};
 }
@@ -51,7 +44,7 @@ function samples(curve, turn) {
  * @returns {Match[]}
  */
 function elasticMatches(source, target, turn) {
-  const own = samples(source, turn), goal = samples(target, 0), n = SAMPLES;
+  const own = samples(source, turn), goal = samples(target, 0), n = OUTLINE_SAMPLES;
   const score = new Float64Array(n * n);
   for (let i = 0; i < n; i++) {
     for (let j = 0; j < n; j++) {
@@ -73,11 +66,11 @@ function elasticMatches(source, target, turn) {
  * @param {number} shift of the target's samples
  */
 function bestPath(score, shift) {
-  const n = SAMPLES, width = n + 1, best = new Float64Array(width * width).fill(-Infinity), step = new Int8Array(width * width);
+  const n = OUTLINE_SAMPLES, width = n + 1, best = new Float64Array(width * width).fill(-Infinity), step = new Int8Array(width * width);
   best[0] = 0;
   for (let i = 1; i <= n; i++) {
     for (let j = 1; j <= n; j++) {
-      STEPS.forEach(([a, b], k) => {
+      MATCH_STEPS.forEach(([a, b], k) => {
         if (a > i || b > j) return;
         const before = best[width * (i - a) + j - b];
         if (before === -Infinity) return;
@@ -96,7 +89,7 @@ function bestPath(score, shift) {
   }
   const rows = [n], columns = [n];
   for (let i = n, j = n; i > 0;) {
-    const [a, b] = STEPS[step[width * i + j]];
+    const [a, b] = MATCH_STEPS[step[width * i + j]];
     i -= a;
     j -= b;
     rows.unshift(i);
@@ -112,9 +105,9 @@ function bestPath(score, shift) {
  * @param {Curve} target
  */
 function impliedTurn(match, source, target) {
-  const s = reals(SAMPLES, (k) => source.length * k / SAMPLES), own = source.at(s), goal = target.at(s.map((at) => matchAt(match, at)));
+  const s = reals(OUTLINE_SAMPLES, (k) => source.length * k / OUTLINE_SAMPLES), own = source.at(s), goal = target.at(s.map((at) => matchAt(match, at)));
   let x = 0, y = 0;
-  for (let k = 0; k < 2 * SAMPLES; k += 2) {
+  for (let k = 0; k < 2 * OUTLINE_SAMPLES; k += 2) {
     x += own[k] * goal[k] + own[k + 1] * goal[k + 1];
     y += own[k] * goal[k + 1] - own[k + 1] * goal[k];
   }
@@ -143,14 +136,14 @@ class Different {
    * @param {number} most number of matches
    */
   add(turn, most) {
-    const {source, target} = this, at = reals(SAMPLES, (k) => source.length * k / SAMPLES);
+    const {source, target} = this, at = reals(OUTLINE_SAMPLES, (k) => source.length * k / OUTLINE_SAMPLES);
     let count = most;
     for (const match of elasticMatches(source, target, turn)) {
       if (!count) break;
       const places = at.map((s) => 2 * Math.PI * matchAt(match, s) / target.length);
       const isOld = this.#kept.some((other) => {
-        const mean = places.reduce((sum, angle, k) => sum + 2 * Math.abs(Math.sin(0.5 * (angle - other[k]))), 0) / SAMPLES;
-        return mean < DIFFERENT;
+        const mean = places.reduce((sum, angle, k) => sum + 2 * Math.abs(Math.sin(0.5 * (angle - other[k]))), 0) / OUTLINE_SAMPLES;
+        return mean < DIFFERENT_MATCH_DISTANCE;
       });
       if (isOld) continue;
       this.#kept.push(places);

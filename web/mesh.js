@@ -1,6 +1,7 @@
 // Meshes of a shape: triangulation in the core, sizes of triangles, and the transfer of a map to another mesh; as in
 // iccm/balanced/meshing and iccm/balanced/model/mesh_sizes.py.
 
+import {GRID_CELLS_ACROSS, MOST_FINER_AT_PINS, MOST_MAGNIFIED, MOST_MORE_AT_PINS, TRIANGLES_A_RADIUS} from './constants.js';
 import {declare} from './core.js';
 import {boxOf, moments} from './curve.js';
 import {geometry} from './energy.js';
@@ -10,11 +11,6 @@ import {areasOf, Tangled} from './unfold.js';
 
 /** Largest areas of triangles on a grid of square cells. @typedef {{x: number, y: number, side: number, areas: Float64Array, columns: number, rows: number}} Sizes */
 
-const MOST_MAGNIFIED = 6;     // ratio of areas up to which triangles shrink in proportion
-const GRID_CELLS_ACROSS = 40; // along the longer side
-const TRIANGLES_A_RADIUS = 5; // of the patch of a pin
-const MOST_FINER_AT_PINS = 9; // ratio of areas
-const MOST_MORE_AT_PINS = 0.5; // relative to the number of triangles without pins
 
 const clipEars = declare('int64_t iccm_meshing_clip_ears(const Complex *z, int64_t n, int64_t *faces, int64_t *across)');
 const refine = declare(`int64_t iccm_meshing_refine(

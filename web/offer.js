@@ -2,12 +2,12 @@
 
 import {button, byId} from '../io/edit/page/dom.js';
 import {carry} from '../io/edit/page/carry.js';
+import {MOST_POINTS_SHARE} from './constants.js';
 
 /** @import {DemoPane} from './panes.js' */
 
 const FLOATS = 18;           // of a triangle (see io/edit/page/gl.js)
 const SAMPLES = 300;         // points at which two maps are compared
-const MOST_POINTS_SHARE = 0.95;  // of them, as in io/edit/map_choice.py
 const PREVIEW_SIDE = 240;    // pixels of the longer side
 
 /**

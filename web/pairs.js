@@ -1,16 +1,14 @@
 // Outlines at one level of the search, their correspondences, and the boundary vertices of a mesh; as in
 // iccm/balanced/model/outline.py and boundary_pairs.py.
 
+import {BOTH, MERGED_SPACING_SHARE, SHARP_CORNER_RADIANS, SOURCE, TARGET} from './constants.js';
 import {Curve, interpolate, lastUpTo, modulo, reals, take} from './curve.js';
 
 /** A monotone correspondence: ascending arclengths; the last ones are the first ones plus the lengths. @typedef {{s: ArrayLike<number>, tau: ArrayLike<number>}} Match */
 /** Boundary vertices: ascending arclengths, and whether a vertex is at a corner. @typedef {{s: Float64Array, tau: Float64Array, atSource: Uint8Array, atTarget: Uint8Array}} Pairs */
 /** @typedef {{s: number, tau: number, kind: number}} Pair */
 
-const SHARP_CORNER = 20 * Math.PI / 180;  // angle from which sliding vertices stop at a corner
-const MERGED_SHARE = 0.35;  // relative to the spacing: corners of source and target closer than this are merged
 const LEAST_GAP = 1e-10;    // relative to the length
-const SOURCE = 1, TARGET = 2, BOTH = 3;  // the outline whose corner is at a pair
 
 /**
  * Return τ at an arclength of the source, on any lap.
@@ -38,7 +36,7 @@ export class Outline {
     this.corners = vertices.map((k) => curve.knots[k]);
     const {bends} = curve;
     /** Arclengths of the corners at which sliding vertices stop. */
-    this.sharp = Float64Array.from([...bends.keys()].filter((k) => Math.abs(bends[k]) > SHARP_CORNER), (k) => curve.knots[k]);
+    this.sharp = Float64Array.from([...bends.keys()].filter((k) => Math.abs(bends[k]) > SHARP_CORNER_RADIANS), (k) => curve.knots[k]);
   }
 
   /**
@@ -54,7 +52,7 @@ export class Outline {
     let corners = simple.keptVertices(cornerFineness);
     if (spacing < Infinity) {
       const bending = bendsWithin(new Curve(take(simple.z, corners)), spacing);
-      corners = corners.filter((_, k) => bending[k] > SHARP_CORNER);
+      corners = corners.filter((_, k) => bending[k] > SHARP_CORNER_RADIANS);
     }
     return new Outline(simple, origins, corners);
   }
@@ -150,7 +148,7 @@ export function limitSlope({s, tau}, steepest) {
 export function boundaryPairs(source, target, match, spacing) {
   let pairs = cornerPairs(source, target, match);
   if (!pairs.length) pairs = [{s: match.s[0], tau: match.tau[0], kind: 0}];
-  pairs = mergeCorners(afterWidestGap(pairs, source.length, target.length), source.length, target.length, MERGED_SHARE * spacing);
+  pairs = mergeCorners(afterWidestGap(pairs, source.length, target.length), source.length, target.length, MERGED_SPACING_SHARE * spacing);
   const s = /** @type {number[]} */ ([]), tau = /** @type {number[]} */ ([]);
   const atSource = /** @type {number[]} */ ([]), atTarget = /** @type {number[]} */ ([]);
   pairs.forEach((pair, k) => {

@@ -50,7 +50,7 @@ export class Pinning {
   scene = {
     pins: [], strokes: [], regions: [], rigid: [], unmapped: [], failed: false, balance: 1, turn: 0, fit: 'whole', wrong: {}, suggested: [], selected: new Set(), locked: () => false,
     wanted: (pin) => this.#wanted.get(endsOf(pin)) ?? null,
-    patches: [], active: null, pending: null, digits: {source: 0, target: 0},
+    patches: [], bent: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   /** Where pins that stopped short were dragged to, by their ends. @type {Map<string, Ends>} */
   #wanted = new Map();

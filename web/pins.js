@@ -1,6 +1,10 @@
 // Soft pins, which draw small patches of the source to their places, as terms of the energy; as in iccm/pins.py,
 // iccm/balanced/constraints/soft.py and iccm/balanced/minimise/soft_pins.py, without exact pins, rotations and sizes.
 
+import {
+  CORE_MARGIN_RATIO, CORE_SHARE, COST_AT_TOLERANCE, FEWEST_CORE_VERTICES, LARGEST_CORE_RADIUS, MOST_TOLERANCES, RADIUS_OUTLINE_DISTANCES,
+  RADIUS_PIN_DISTANCES, RADIUS_SHARE, STIFFNESS, TOLERANCE_SHARE, WORST_CONDITION_NUMBER,
+} from './constants.js';
 import {numbersAt} from './core.js';
 import {triangleAt} from './locate.js';
 import {areasOf} from './unfold.js';
@@ -12,16 +16,6 @@ import {areasOf} from './unfold.js';
 /** The term s |Σ aᵢ uᵢ + b|² in the images uᵢ of vertices, with complex a and b. @typedef {{vertices: number[], weights: Float64Array, constant: number[], stiffness: number}} Spring */
 /** The springs for the core. @typedef {{total: (u: number) => number, derivatives: (u: number, matrix: number, gradient: number) => number}} Terms */
 
-const RADIUS_SHARE = 0.15;        // of a patch with enough room, for shapes of area one
-const RADIUS_PIN_DISTANCES = 0.8, RADIUS_OUTLINE_DISTANCES = 1.2;  // relative to the distances to other pins, and to outlines
-export const TOLERANCE_SHARE = 0.07;     // distance from a place that costs COST_AT_TOLERANCE
-export const MOST_TOLERANCES = 3;        // distance up to which a pin counts as met, in tolerances
-const COST_AT_TOLERANCE = 0.05;   // relative to the energy of a map without distortion
-const STIFFNESS = 8;              // weight of distortion at a pin, relative to elsewhere
-const CORE_SHARE = 0.5, LARGEST_CORE_RADIUS = 0.12;  // of the part of a patch that the spring pulls
-const CORE_MARGIN_RATIO = 1.3;    // relative to the core: vertices within it have entries in the Hessian
-const FEWEST_CORE_VERTICES = 6;   // with fewer, the triangle around the pin replaces the core
-const WORST_CONDITION_NUMBER = 1e6;  // of the moments of a core's vertices
 const QUADRATURE = quadrature(4);
 
 /**

@@ -1,8 +1,9 @@
 // Results as files: pictures, drawings, STMaps, maps and pins.
 
 import {archived} from './archive.js';
+import {MOST_TOLERANCES, TOLERANCE_SHARE} from './constants.js';
 import {moments, toUnit, unitCurve} from './curve.js';
-import {MOST_TOLERANCES, radiiOf, TOLERANCE_SHARE} from './pins.js';
+import {radiiOf} from './pins.js';
 import {carriedDrawing, drawingOf} from './svg.js';
 import {exrOf, stmapOf} from './stmap.js';
 
@@ -12,7 +13,7 @@ import {exrOf, stmapOf} from './stmap.js';
 
 const MAP_FORMAT = 'iccm.map/1';  // see docs/reference/map-file.md
 const NEAR = 1e-3;                // relative to the diagonal: points this far outside belong to the outline
-const RINGS = [
+const RING_ARRAYS = [
   'source_rings', 'target_rings', 'stroke_sources', 'stroke_targets', 'source_holes', 'target_holes', 'passed_source_holes', 'passed_target_holes', 'filled',
   'rigid', 'source_drawing', 'target_drawing',
 ];
@@ -83,7 +84,7 @@ function membersOf({source: z, image: u, faces, border, energy}, source, target,
     near: {type: 'float64', shape: [], values: [NEAR]}, source: outline(z), source_box: box(source), source_y: down, target: outline(u), target_box: box(target),
     target_y: down, pins: {type: 'complex128', shape: [pins.length, 2], values: points}, hole_partners: ints([], 2),
   };
-  for (const name of RINGS) {
+  for (const name of RING_ARRAYS) {
     members[name] = complex([]);
     members[`${name}_ends`] = ints([]);
   }

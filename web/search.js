@@ -1,8 +1,14 @@
 // The search for the balanced map of two outlines, from correspondences to the final mesh; as in
 // iccm/balanced/search (multilevel.py, candidates.py, final_mesh.py), without exact pins, holes, partial and symmetric maps.
 
+import {
+  AIMED_LIMITS, ALIKE, BACKWARD_STEPS, BLOCKED_ENERGY, BLOCKED_MISS, CLOSE, COARSE_EXACTNESS, COARSE_MESH_SIZE, COARSE_SIZE_BY_LENGTH,
+  FINALISTS, FINE_BACKWARD, FINE_EXACTNESS, FINE_MESH_SIZE, FINE_POWER, FINE_ROUNDS, GOOD_ENOUGH, LAST_DECREASE, LAST_DECREASE_WITH_PINS,
+  LAST_ROUNDS, LAST_STEPS, MOST_START_VERTICES, MOST_STIFFENED, PROMISING_ENERGY_RATIO, RELEASED_STEPS, RELEASE_GAIN_SHARE, RELEASE_ROUNDS,
+  ROUNDS, SCREENING, SETTLING, STEEPEST, STEEPEST_FINE, STIFFENINGS, TRIANGLES_PER_AREA,
+} from './constants.js';
 import {Curve, take} from './curve.js';
-import {GOOD_ENOUGH, inverseWeights, Level} from './map.js';
+import {inverseWeights, Level} from './map.js';
 import {candidates} from './matching.js';
 import {graded} from './mesh.js';
 import {splitAtVertices} from './split.js';
@@ -12,25 +18,12 @@ import {Tangled} from './unfold.js';
 /** @import {Match} from './pairs.js' */
 
 const FINENESS = 2e-4;  // of the given outlines, relative to their diagonals
-const COARSE = {fineness: 5e-4, corners: 6e-3, steepest: 8};
-const FINE = {fineness: 2e-4, corners: 6e-4, steepest: 20};
-const LAST = {fineness: 0, corners: 6e-4, steepest: 20, smooth: true};
-const LAST_WITH_ALL_CORNERS = {fineness: 0, corners: 0, steepest: 20, smooth: false};
-const COARSE_SIZE = 0.1, FINE_SIZE = 0.05;  // of triangles, for shapes of area one
-const COARSE_SIZE_BY_LENGTH = 0.55, LEAST_COARSE_SHARE = 0.6;
-const TRIANGLES_PER_AREA = 4.6;  // number of triangles times the squared size
-const SCREENING = [[3, 9], [5, 5]];  // Newton steps, and the number of maps that continue
-const PROMISING = 1.5;  // energy relative to the least, up to which maps continue
-const ALIKE_ENERGY = 1e-3, ALIKE_TURN = Math.PI / 180;  // two maps this close converge to the same one
-const MOST_START_VERTICES = 12_000;
-const BACKWARD_STEPS = 3, SETTLING = 2, ROUNDS = 4;
-const CLOSE = 1.1, FINALISTS = 2, RELEASE_ROUNDS = 3, RELEASED_STEPS = 8, RELEASE_GAIN = 3e-3;
-const FINE_POWER = 3, FINE_ROUNDS = 8, FINE_BACKWARD = 4;
-const LAST_ROUNDS = 4, LAST_STEPS = 50, LAST_DECREASE = 2e-4;
-const LAST_DECREASE_WITH_PINS = 1e-5;  // their springs are weak
-const STIFFENINGS = 8, MOST_STIFFENED = 10;  // rounds of stiffening the springs of pins beyond their limits, and the largest factor of one
-const BLOCKED_MISS = 0.95, BLOCKED_ENERGY = 2;  // a pin that comes no closer than this share while the energy grows by this factor is blocked
-const AIMED_LIMITS = 0.95;  // distance aimed at for pins beyond their limit, relative to the limit
+const COARSE = {fineness: COARSE_EXACTNESS[0], corners: COARSE_EXACTNESS[1], steepest: STEEPEST};
+const FINE = {fineness: FINE_EXACTNESS[0], corners: FINE_EXACTNESS[1], steepest: STEEPEST_FINE};
+const LAST = {fineness: 0, corners: FINE_EXACTNESS[1], steepest: STEEPEST_FINE, smooth: true};
+const LAST_WITH_ALL_CORNERS = {fineness: 0, corners: 0, steepest: STEEPEST_FINE, smooth: false};
+const LEAST_COARSE_SHARE = 0.6;
+const [ALIKE_ENERGY, ALIKE_TURN] = ALIKE;  // two maps this close converge to the same one
 const LIVE_STEPS = 3;  // Newton steps for each movement of a drag, so that the picture follows the pointer
 
 /** @typedef {(map: DiscreteMap, stage: 'coarse' | 'fine' | 'full') => void} Shown called with each map that is ready to be shown */
@@ -68,7 +61,7 @@ export function solve(source, target, weights, triangles, shown) {
     const found = attempt(() => {
       const coarse = coarseMap(curves, own);
       show(coarse, 'coarse');
-      const fine = attempt(() => Level.of(curves, FINE_SIZE, FINE, own).finer(coarse).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD));
+      const fine = attempt(() => Level.of(curves, FINE_MESH_SIZE, FINE, own).finer(coarse).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD));
       if (!fine) return coarse;
       show(fine, 'fine');
       const last = (/** @type {typeof LAST} */ how) =>
@@ -135,7 +128,7 @@ function withPinsMet(map) {
  */
 function coarseMap(curves, weights) {
   const length = Math.max(curves[0].length, curves[1].length);
-  const size = COARSE_SIZE * Math.min(Math.max(COARSE_SIZE_BY_LENGTH / (COARSE_SIZE * length), LEAST_COARSE_SHARE), 1);
+  const size = COARSE_MESH_SIZE * Math.min(Math.max(COARSE_SIZE_BY_LENGTH / (COARSE_MESH_SIZE * length), LEAST_COARSE_SHARE), 1);
   const level = Level.of(curves, size, COARSE, weights), matches = candidates(level.source.curve, level.target.curve, weights.upright === 0, weights.pins);
   const maps = screened(started(level, matches));
   /** @type {DiscreteMap[]} */
@@ -174,7 +167,7 @@ function screened(maps) {
     best = best.map((map) => map.forward(1, steps, GOOD_ENOUGH, {corners: false}));
     best = best.sort((a, b) => a.value - b.value).slice(0, keep);
   }
-  return best.filter((map) => map.value <= PROMISING * best[0].value);
+  return best.filter((map) => map.value <= PROMISING_ENERGY_RATIO * best[0].value);
 }
 
 /**
@@ -219,7 +212,7 @@ function withReleasedCorners(level, given) {
     map = fresh.alternated(1, ROUNDS, BACKWARD_STEPS);
     const before = best.value;
     if (map.value < best.value) best = map;
-    if (!(best.value < (1 - RELEASE_GAIN) * before)) break;
+    if (!(best.value < (1 - RELEASE_GAIN_SHARE) * before)) break;
   }
   return best;
 }

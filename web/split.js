@@ -1,6 +1,7 @@
 // Split a map's boundary edges at the vertices of both outlines that its mesh skips; as in
 // iccm/balanced/model/outline_split.py.
 
+import {SAME_PLACE_SHARE, SNAPPED_EDGE_SHARE} from './constants.js';
 import {lastUpTo, modulo} from './curve.js';
 import {patternOf} from './linear.js';
 import {DiscreteMap, followingOn} from './map.js';
@@ -11,8 +12,6 @@ import {areasOf, Tangled} from './unfold.js';
 
 /** A boundary vertex; `number` is its former one, -1 for new vertices. @typedef {{s: number, tau: number, atSource: boolean, atTarget: boolean, number: number}} Vertex */
 
-const SAME_PLACE_SHARE = 1e-7;    // relative to an outline's length: vertices this close are the same
-const SNAPPED_EDGE_SHARE = 0.35;  // relative to the shorter edge at a vertex: it moves to a corner this close
 
 /**
  * Return the map with a boundary vertex at every vertex of both outlines.

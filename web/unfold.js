@@ -1,24 +1,15 @@
 // Remove folds with the outline held: from the harmonic map, or locally; as in iccm/balanced/minimise/untangle.py and
 // unfold.py.
 
+import {
+  BARE, DEEP, ENOUGH, LEAST_EPSILON, LEAST_WEIGHT, LOCAL_POLISHING, LOCAL_SHARE, LOCAL_STEPS, PACE, POLISHED, RINGS, SHRINK, SLOW,
+} from './constants.js';
 import {geometry, holding, leastDeterminant, System} from './energy.js';
 import {patternOf} from './linear.js';
 
 /** @import {Rest} from './energy.js' */
 /** @import {Pattern} from './linear.js' */
 
-const LEAST_WEIGHT = 0.08;  // of an edge: cotangents of obtuse angles are negative and would cause folds
-const ENOUGH = 1e-3;        // determinant from which a triangle counts as unfolded
-const POLISHED = 0.2;       // value of ε after nothing is folded
-const DEEP = 0.16;          // ε² = 1e-6 + DEEP min(d, 0)²
-const SLOW = 3e-3;          // relative decrease below which ε shrinks
-const SHRINK = 0.6;         // factor of ε if the energy hardly decreases
-const LEAST_EPSILON = 1e-5;
-const PACE = 15;            // steps over which the rate of the least determinant is measured
-const RINGS = [2, 4, 8, 16];  // rings of triangles around folds whose vertices move
-const BARE = 1e-9;          // ratio of areas, relative to the mean, below which a triangle counts as folded
-const LOCAL_STEPS = 100, LOCAL_POLISHING = 30;
-const LOCAL_SHARE = 0.5;    // of the inside that is moved locally at most
 
 /** No map without folds was found. */
 export class Tangled extends Error {}

@@ -1,5 +1,6 @@
 // The solver in a worker of the page. It takes one request at a time, and answers with the maps that are ready to be shown.
 
+import {FINAL_TRIANGLES, MOST_STIFFENED, NARROW_AIM, STILL_SHARE} from './constants.js';
 import {load} from './core.js';
 import {boxOf, fromUnit, moments, toUnit, unitCurve} from './curve.js';
 import {brush} from './deformation.js';
@@ -13,10 +14,6 @@ import {continued, following, followingTarget, solve, withAllVertices} from './s
 /** @import {Answer, Figures, Frame, Request, Stage, Wishes} from './types.d.ts' */
 
 const FLOATS = 18;  // of a triangle: corners in the target, corners in the source, curvature (see io/edit/page/gl.js)
-const TRIANGLES = 6000;  // of the final mesh, as in the command
-const NARROW_AIM = 0.99;  // distance of pins aimed at while they are dragged, relative to that up to which they count as met
-const STILL_SHARE = 2e-4;  // a map whose vertices move by less in a step, relative to the target's diagonal, has come to rest
-const MOST_STIFFENED = 10;  // largest factor by which a step changes the stiffness of a spring
 
 /** Resolves when the core has started. */
 let loaded = Promise.resolve();
@@ -107,7 +104,7 @@ function answer(request, shown) {
     /** @type {Continued} */
     const state = {map: null, frames: {source: source.frame, target: target.frame}, factors: new Float64Array(0)};
     let whole = /** @type {DiscreteMap | null} */ (null);
-    state.map = solve(source.curve, target.curve, weightsFor(request, [source.curve, target.curve], state), TRIANGLES, (found, stage) => {
+    state.map = solve(source.curve, target.curve, weightsFor(request, [source.curve, target.curve], state), FINAL_TRIANGLES, (found, stage) => {
       if (stage === 'full') whole = found;
       else if (!request.quiet) shown(found, stage, state);
     });

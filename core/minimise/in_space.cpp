@@ -51,7 +51,7 @@ void lay(SurfaceMap &surface, const Complex *u) {
         }
         const double *a = surface.points + 3 * corner[0], *b = surface.points + 3 * corner[1];
         const double *c = surface.points + 3 * corner[2];
-        double *x = surface.axes + 6 * t, *y = x + 3, turn = surface.turns[t];
+        double *x = surface.axes + 6 * t, *y = x + 3, orientation = surface.orientations[t];
         for (int k = 0; k < 3; k++) {
             x[k] = b[k] - a[k];
             y[k] = c[k] - a[k];
@@ -59,8 +59,8 @@ void lay(SurfaceMap &surface, const Complex *u) {
         double length = normalise(x);
         double along = dot_in_space(x, y);
         for (int k = 0; k < 3; k++) y[k] -= along * x[k];
-        double height = turn * normalise(y);
-        for (int k = 0; k < 3; k++) y[k] *= turn;
+        double height = orientation * normalise(y);
+        for (int k = 0; k < 3; k++) y[k] *= orientation;
         laid[0] = {0, 0};
         laid[1] = {length, 0.0};
         laid[2] = {along, height};

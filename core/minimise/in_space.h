@@ -20,7 +20,7 @@ struct SurfaceMap {
     RestShapes layout;   // the rest triangles for the energy in the layout, with the mesh's corners and slots
     Objective barrier;   // the objective for that energy
     const bool *open;    // (m,) triangles in holes of the source, whose images are those in the layout
-    const double *turns; // (m,) 1 for corners that run counter-clockwise, else -1
+    const double *orientations; // (m,) 1 for corners that run counter-clockwise, else -1
     int64_t *on;         // (n,) the surface's triangle that contains each vertex
     double *points;      // (n, 3) vertices in space
     Complex *laid;       // (3m,) flattened images of triangles

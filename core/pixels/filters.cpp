@@ -8,23 +8,26 @@ constexpr Index FRAME = 12;    // texels around a spline's coefficients
 constexpr double BLEND = 1.5;  // the spline is blended into the cubic for footprints from one texel to this
 
 template <typename Stored>
-void nearest(const Pyramid &picture, const double *xy, Index count, float *out) {
+Index nearest(const Pyramid &picture, const double *xy, Index count, float *out) {
+    Index done = 0;
     const Index w = picture.level(0).width, h = picture.level(0).height, c = picture.channels;
     for (Index n = 0; n < count; n++, xy += 2, out += c) {
         Index i = round_down(xy[1]), j = round_down(xy[0]);
         const bool nowhere = picture.outside() == Edge::clear && (i < 0 || j < 0 || i >= h || j >= w);
         i = inside(i, h, picture.outside()), j = inside(j, w, picture.outside());
-        for (Index k = 0; k < c; k++) out[k] = nowhere ? 0.0f : ready<Stored>(picture, i, j, k);
+        const bool has_row = picture.has(picture.level(0), i, i);
+        for (Index k = 0; k < c; k++) out[k] = nowhere || !has_row ? 0.0f : ready<Stored>(picture, i, j, k);
+        if (has_row && done == n) done++;
     }
+    return done;
 }
 
 template <typename Stored>
-Index filter(const Pyramid &picture, const double *xy, const double *turn, Index count, Kernel kernel, bool clamped,
+Index filter(const Pyramid &picture, const double *xy, const double *jacobian, Index count, Kernel kernel, bool clamped,
              float *out) {
     Filter<Stored> filter(picture, kernel, clamped);
     if (!filter) return OUT_OF_MEMORY;
-    filter.values(xy, turn, count, out);
-    return 0;
+    return filter.values(xy, jacobian, count, out);
 }
 
 // The six quintic B-splines that reach t in [0, 1) after the third knot (Unser, Splines: a perfect fit, 1999).
@@ -69,28 +72,31 @@ using namespace iccm;
 //
 //   xy   (count, 2) texel coordinates, x right, y down, the first texel's centre at 0.5
 //   out  (count, c) written: the texels' values, decoded and premultiplied
+//
+// Returns the number of points before the first whose row is wanted; see Filter::values.
 ICCM_EXPORT int64_t iccm_pixels_nearest(const Pyramid *picture, const double *xy, int64_t count, float *out) {
     switch (picture->base_bytes) {
-        case 1: nearest<uint8_t>(*picture, xy, count, out); break;
-        case 2: nearest<uint16_t>(*picture, xy, count, out); break;
-        default: nearest<float>(*picture, xy, count, out);
+        case 1: return nearest<uint8_t>(*picture, xy, count, out);
+        case 2: return nearest<uint16_t>(*picture, xy, count, out);
+        default: return nearest<float>(*picture, xy, count, out);
     }
-    return 0;
 }
 
 // Filter a picture at points with footprints.
 //
 //   xy       (count, 2) as for iccm_pixels_nearest
-//   turn     (count, 4) derivatives of x and y with respect to the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy
+//   jacobian (count, 4) derivatives of x and y with respect to the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy
 //   kernel   see Kernel
 //   clamped  whether each channel stays between the least and the greatest of the texels that the kernel reads
 //   out      (count c + LANES,) written
-ICCM_EXPORT int64_t iccm_pixels_filter(const Pyramid *picture, const double *xy, const double *turn, int64_t count,
+//
+// Returns the number of points before the first that wants rows; see Filter::values.
+ICCM_EXPORT int64_t iccm_pixels_filter(const Pyramid *picture, const double *xy, const double *jacobian, int64_t count,
                                        int64_t kernel, bool clamped, float *out) {
     switch (picture->base_bytes) {
-        case 1: return filter<uint8_t>(*picture, xy, turn, count, Kernel(kernel), clamped, out);
-        case 2: return filter<uint16_t>(*picture, xy, turn, count, Kernel(kernel), clamped, out);
-        default: return filter<float>(*picture, xy, turn, count, Kernel(kernel), clamped, out);
+        case 1: return filter<uint8_t>(*picture, xy, jacobian, count, Kernel(kernel), clamped, out);
+        case 2: return filter<uint16_t>(*picture, xy, jacobian, count, Kernel(kernel), clamped, out);
+        default: return filter<float>(*picture, xy, jacobian, count, Kernel(kernel), clamped, out);
     }
 }
 
@@ -98,14 +104,15 @@ ICCM_EXPORT int64_t iccm_pixels_filter(const Pyramid *picture, const double *xy,
 //
 //   coefficients  (height, width, c) of the spline, extending FRAME beyond the texels on all sides
 //   edge          see Edge
-//   xy, turn      as for iccm_pixels_filter
+//   xy, jacobian  as for iccm_pixels_filter
 //   out           (count, c) the cubic's values, changed
 ICCM_EXPORT int64_t iccm_pixels_spline(const float *coefficients, int64_t height, int64_t width, int64_t c,
-                                       int64_t edge, const double *xy, const double *turn, int64_t count, float *out) {
+                                       int64_t edge, const double *xy, const double *jacobian, int64_t count,
+                                       float *out) {
     Buffer<double> value(c);
     if (!value) return OUT_OF_MEMORY;
-    for (Index n = 0; n < count; n++, xy += 2, turn += 4, out += c) {
-        const double longest = footprint(turn[0], turn[1], turn[2], turn[3]).longest;
+    for (Index n = 0; n < count; n++, xy += 2, jacobian += 4, out += c) {
+        const double longest = footprint(jacobian[0], jacobian[1], jacobian[2], jacobian[3]).longest;
         const double share = max(0.0, (BLEND - longest) / (BLEND - 1));
         if (!(share > 0)) continue;
         spline(coefficients, height, width, c, Edge(edge), xy[0], xy[1], value.data);

@@ -32,12 +32,17 @@ class Filter {
 
     explicit operator bool() const { return bool(scratch); }
 
-    // Write the values at `count` texel coordinates xy (count, 2) with footprints turn (count, 4) to out (count c +
+    // Write the values at `count` texel coordinates xy (count, 2) with footprints jacobian (count, 4) to out (count c +
     // LANES,).
     //
     // x is to the right, y down, and the first texel's centre at 0.5. If `clamped`, each channel of a value stays
-    // between the least and the greatest of the texels that the kernel reads.
-    void values(const double *xy, const double *turn, Index count, float *out);
+    // between the least and the greatest of the texels that the kernel reads. Returns the number of points before the
+    // first that wants rows of the pyramid which are absent. From there on, also in later calls, points are only looked
+    // at for the rows that they want, and their values are not written.
+    Index values(const double *xy, const double *jacobian, Index count, float *out);
+
+    // Whether no rows have been wanted so far.
+    bool complete() const { return has_all; }
 
   private:
     void magnify(const float *texels, Index row, double x, double y, float *out) {
@@ -56,6 +61,8 @@ class Filter {
             default: magnified<CLAMPED>(texels, row, picture.channels, x, y, out);
         }
     }
+    bool has_rows(const double *xy, const Shape *shapes, Index count) const;
+    Index level_of(const Shape &shape) const;
     void stretched(double x, double y, Shape shape, float *out);
     template <Kernel KERNEL>
     void weigh(const float *texels, Index row, Index rows, Index columns, double x, double y, const Shape &shape,
@@ -84,6 +91,7 @@ class Filter {
     const Edge edge;
     const bool periodic;
     Buffer<float> scratch;
+    bool has_all = true;
 };
 
 // The coordinate within a row of n texels that corresponds to coordinate x on repeated or mirrored pictures; x itself
@@ -128,7 +136,7 @@ void Filter<Stored>::copy(Index number, Index i, Index j, Index rows, Index colu
 }
 
 template <typename Stored>
-void Filter<Stored>::values(const double *xy, const double *turn, Index count, float *out) {
+Index Filter<Stored>::values(const double *xy, const double *jacobian, Index count, float *out) {
     const Index c = picture.channels, w = picture.level(0).width, h = picture.level(0).height;
     const bool repeats = edge == Edge::repeat;
     const bool direct = sizeof(Stored) == sizeof(float) && kernel == Kernel::cubic && w * c >= LANES;
@@ -137,15 +145,25 @@ void Filter<Stored>::values(const double *xy, const double *turn, Index count, f
     // for square roots. No shapes are needed if all pixels are magnified.
     constexpr Index SOME = 64;
     Shape shapes[SOME];
+    Index done = 0;
     for (Index first = 0; first < count; first += SOME) {
         const Index some = min(SOME, count - first);
         bool small = true;
-        for (Index n = 0; n < 4 * some; n += 4) small &= Gram(turn[n], turn[n + 1], turn[n + 2], turn[n + 3]).small();
+        for (Index n = 0; n < 4 * some; n += 4) {
+            const double *j = jacobian + n;
+            small &= Gram(j[0], j[1], j[2], j[3]).small();
+        }
         for (Index n = 0; n < some && !small; n++) {
-            const double *t = turn + 4 * n;
+            const double *t = jacobian + 4 * n;
             shapes[n] = footprint(t[0], t[1], t[2], t[3]);
         }
-        turn += 4 * some;
+        jacobian += 4 * some;
+        has_all &= has_rows(xy, small ? nullptr : shapes, some);
+        if (!has_all) {
+            xy += 2 * some, out += some * c;
+            continue;
+        }
+        done += some;
         for (Index n = 0; n < some; n++, xy += 2, out += c) {
             const Shape &shape = small ? POINT : shapes[n];
             double x = xy[0], y = xy[1];
@@ -162,6 +180,57 @@ void Filter<Stored>::values(const double *xy, const double *turn, Index count, f
             }
         }
     }
+    return done;
+}
+
+// The number of the level that a kernel reads.
+template <typename Stored>
+inline Index Filter<Stored>::level_of(const Shape &shape) const {
+    Index number = 0;
+    while (number + 1 < picture.level_count && shape.shortest >= double(picture.level(number + 1).size)) number++;
+    return number;
+}
+
+// Whether all rows are present that kernels of these shapes read at points xy (count, 2); null for kernels of one texel.
+//
+// The rows are bounded for all points together, which is quick and asks for few rows that are not read.
+template <typename Stored>
+bool Filter<Stored>::has_rows(const double *xy, const Shape *shapes, Index count) const {
+    constexpr double FAR = 1e12;    // texels; where coordinates are farther out or not finite, all rows are wanted
+    constexpr Index MARGIN = 2;     // rows, for rounding and registers that extend beyond a row
+    constexpr double DIAGONAL = 1.4143;  // a square as long as the kernel's longest axis contains it in any orientation
+    const double h = double(picture.level(0).height);
+    double low = 1e300, high = -1e300, longest = 1;
+    Index finest = 0, coarsest = 0;
+    bool near = true;
+    for (Index n = 0; n < count; n++) {
+        double y = xy[2 * n + 1];
+        near &= fabs(y) < FAR;
+        if (edge == Edge::repeat) y = folded(y, picture.level(0).height, edge);
+        low = min(low, y), high = max(high, y);
+    }
+    if (shapes) {
+        const Shape *least = shapes, *most = shapes;
+        for (const Shape *shape = shapes; shape < shapes + count; shape++) {
+            if (shape->shortest < least->shortest) least = shape;
+            if (shape->shortest > most->shortest) most = shape;
+            longest = max(longest, shape->longest);
+        }
+        finest = level_of(*least), coarsest = level_of(*most);
+    }
+    const double reach = DIAGONAL * radius(kernel) * longest;
+    bool all = true;
+    for (Index number = finest; number <= coarsest; number++) {
+        const Level &level = picture.level(number);
+        if (!near || !(reach < FAR)) {
+            all &= picture.has(level, 0, level.height - 1);
+            continue;
+        }
+        // rows of a picture that repeats are those of the level scaled to fit, see `stretched`
+        const double size = periodic ? h / double(level.height) : double(level.size);
+        all &= picture.has(level, round_down((low - reach) / size) - MARGIN, round_up((high + reach) / size) + MARGIN);
+    }
+    return all;
 }
 
 // The value at texel coordinates x, y for a kernel of any shape.
@@ -170,8 +239,7 @@ void Filter<Stored>::stretched(double x, double y, Shape shape, float *out) {
     constexpr bool STORED_READY = sizeof(Stored) == sizeof(float);
     const Index c = picture.channels;
     const Level &whole_picture = picture.level(0);
-    Index number = 0;
-    while (number + 1 < picture.level_count && shape.shortest >= double(picture.level(number + 1).size)) number++;
+    const Index number = level_of(shape);
     const Level level = picture.level(number);
     const double size = double(level.size);
     const Index w = level.width, h = level.height;

@@ -35,27 +35,30 @@ Index paint(const Pyramid &picture, const Band &band, const Corner &corner, Kern
     const Index c = picture.channels, stride = max(c, alpha + 1), most = band.last - band.first;
     Filter<Stored> filter(picture, kernel, clamped);
     Buffer<Index> columns(most);
-    Buffer<double> xy(2 * most), turn(4 * most);
+    Buffer<double> xy(2 * most), jacobian(4 * most);
     Buffer<float> values(most * c + LANES);
-    if (!filter || !columns || !xy || !turn || !values) return OUT_OF_MEMORY;
+    if (!filter || !columns || !xy || !jacobian || !values) return OUT_OF_MEMORY;
+    Index done = 0;
     for (Index i = 0; i < band.rows; i++) {
         const Index row = i * band.width;
         Index count = 0;
         for (Index j = band.first; j < band.last; j++) {
             if (band.covered[row + j] == 0) continue;
             const Place at = place(band.z[row + j], band.right[row + j], band.down[row + j], corner);
-            double *point = &xy[2 * count], *steps = &turn[4 * count];
+            double *point = &xy[2 * count], *steps = &jacobian[4 * count];
             point[0] = at.x, point[1] = at.y;
             steps[0] = at.xx, steps[1] = at.xy, steps[2] = at.yx, steps[3] = at.yy;
             columns[count++] = j;
         }
-        filter.values(xy.data, turn.data, count, values.data);
+        filter.values(xy.data, jacobian.data, count, values.data);
+        if (!filter.complete()) continue;
+        done++;
         for (Index n = 0; n < count; n++) {
             const Index at = row + columns[n];
             encode(&values[n * c], c, alpha, band.covered[at], table, out + at * stride);
         }
     }
-    return 0;
+    return done;
 }
 
 }  // namespace
@@ -72,6 +75,9 @@ using namespace iccm;
 //   alpha         index of the alpha channel; c to append one
 //   edges, start  see ByteEdges
 //   out           (rows, width, c), or one more channel; covered pixels are written
+//
+// Returns the number of rows before the first that wants rows of the picture which are absent; from there on
+// nothing is painted.
 ICCM_EXPORT int64_t iccm_pixels_paint(const Pyramid *picture, const Complex *z, const Complex64 *right,
                                       const Complex64 *down, const float *covered, int64_t rows, int64_t width,
                                       int64_t first, int64_t last, const double *corner, int64_t kernel, bool clamped,

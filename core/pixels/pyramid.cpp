@@ -74,17 +74,18 @@ void halve_across(const float *row, Index width, Index c, const float *taps, flo
 }
 
 template <bool CLAMPED>
-Index halve(const float *picture, Index height, Index width, Index c, const float *taps, Edge edge, float *out) {
-    const Index out_height = (height + 1) / 2, out_width = (width + 1) / 2;
+Index halve(const float *picture, Index height, Index width, Index c, const float *taps, Edge edge, Index first,
+            Index last, float *out) {
+    const Index out_width = (width + 1) / 2;
     // zeros around the row, as required if there is nothing outside; LANES more, since a register extends beyond the
     // last texel's channels
     Buffer<float> line((width + BEFORE + AFTER) * c + LANES, 0.0f);
     if (!line) return OUT_OF_MEMORY;
     float *row = line.data + BEFORE * c;
-    for (Index i = 0; i < out_height; i++) {
+    for (Index i = first; i < last; i++, out += out_width * c) {
         halve_down<CLAMPED>(picture, height, width * c, i, taps, edge, row);
         if (edge != Edge::clear) surround(row, width, c, edge);
-        halve_across<CLAMPED>(row, out_width, c, taps, out + i * out_width * c);
+        halve_across<CLAMPED>(row, out_width, c, taps, out);
     }
     return 0;
 }
@@ -107,15 +108,22 @@ using namespace iccm;
 
 // Halve a picture in both directions by the same filter: first down the columns, in single precision, then across.
 //
-//   picture  (height, width, c) values
-//   taps     (TAPS,)
-//   edge     see Edge
-//   clamped  whether each channel stays between the least and the greatest of the texels that are read
-//   out      (ceil(height / 2), ceil(width / 2), c) written
+//   picture      (height, width, c) values, of which BEFORE rows above row 2 first to AFTER rows below row 2 last are read
+//   taps         (TAPS,)
+//   edge         see Edge
+//   clamped      whether each channel stays between the least and the greatest of the texels that are read
+//   first, last  the rows first .. last - 1 of the result are computed
+//   out          (last - first, ceil(width / 2), c) written
 ICCM_EXPORT int64_t iccm_pixels_halve(const float *picture, int64_t height, int64_t width, int64_t c, const float *taps,
-                                      int64_t edge, bool clamped, float *out) {
-    if (clamped) return halve<true>(picture, height, width, c, taps, Edge(edge), out);
-    return halve<false>(picture, height, width, c, taps, Edge(edge), out);
+                                      int64_t edge, bool clamped, int64_t first, int64_t last, float *out) {
+    if (clamped) return halve<true>(picture, height, width, c, taps, Edge(edge), first, last, out);
+    return halve<false>(picture, height, width, c, taps, Edge(edge), first, last, out);
+}
+
+// Mark a strip of a pyramid as present, after its rows have been written: a thread that sees the mark sees the rows.
+ICCM_EXPORT int64_t iccm_pixels_present(uint8_t *present, int64_t strip) {
+    __atomic_store_n(present + strip, 1, __ATOMIC_RELEASE);
+    return 0;
 }
 
 // Decode stored integers to linear premultiplied numbers.

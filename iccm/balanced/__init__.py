@@ -6,6 +6,7 @@ motion        an earlier map adapted to outlines that moved
 cartogram     areas prescribed by a size map
 coarse        coarse maps, with which pairs of outlines are compared
 interactive   a coarse map that follows its pins while they are dragged
+warped        a map that is kept, with a deformation of its target after it that follows pins
 deform/       deformations by pins and strokes, without a target
 rigid/        regions that are mapped by similarities
 search/       the search for a good map, from candidates to the final mesh
@@ -21,6 +22,6 @@ errors        exceptions of the solver
 from .errors import NoMapError
 from .method import solve
 from .minimise.terms import Term, TermOnMesh
-from .model.settings import Settings, Solution
+from .model.solution import Solution
 
-__all__ = ["NoMapError", "Settings", "Solution", "Term", "TermOnMesh", "solve"]
+__all__ = ["NoMapError", "Solution", "Term", "TermOnMesh", "solve"]

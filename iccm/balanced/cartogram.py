@@ -44,11 +44,17 @@ def match_areas(field: Field, first: Fit, solve_again: Callable[[Field, Triangul
     parts = parts_of(field)
     current, sizes, differences = first, field.values, area_differences(first, field, parts)
     best, least = current, differences
-    step, gain, slides = 1.0, 1.0, False
+    step, gain = (
+        1.0,
+        1.0,
+    )  # exponent of the correction of sizes, and share of the misplaced area that it put right
+    slides = False
     milestone, rounds_without_gain = differences.misplaced_share, 0
     while least.largest_error > MET_AREA_SHARE and rounds_without_gain < PATIENCE_ROUNDS:
         rounds_without_gain += 1
-        slides = gain < LEAST_GAIN_SHARE and not slides
+        slides = (
+            gain < LEAST_GAIN_SHARE and not slides
+        )  # where other sizes help little, let the outlines slide once
         trial_sizes = sizes * differences.size_factors[parts] ** step
         try:
             trial = solve_again(Field(trial_sizes, field.box), triangulated(current.map), slides)
@@ -58,7 +64,7 @@ def match_areas(field: Field, first: Fit, solve_again: Callable[[Field, Triangul
         gain = 1 - trial_differences.misplaced_share / differences.misplaced_share
         step = min(1.0, 2 * step) if trial.status.ok and gain > 0 else 0.5 * step
         if not trial.status.ok or (slides and gain <= 0):
-            continue
+            continue  # with a shorter step from the same map
         current, sizes, differences = trial, trial_sizes, trial_differences
         if trial_differences.misplaced_share < least.misplaced_share:
             best, least = trial, trial_differences

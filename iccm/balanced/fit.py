@@ -9,17 +9,17 @@ import numpy as np
 from ..arrays import Complex, Flags, Index, Real
 from ..errors import InputError, all_names
 from ..fit_data import Details
-from ..fits import leaves_out_parts, with_constraints
+from ..fits import leaves_out_parts
 from ..maps import bounds
 from ..maps.approximation import triangulated
 from ..maps.distortion import Distortion
-from ..maps.regions import SIZE_OFF_SHARE, Region, Rings, mean_scale, triangles_in
+from ..maps.regions import SIZE_OFF_SHARE, RigidRegion, Rings, mean_scale, triangles_in
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import NO_FACES, bulges
 from ..options import Options
 from ..pins import Softness
 from ..plane import diagonal
-from ..problem import Problem
+from ..problem import Holes, Problem
 from ..result import Fit
 from ..status import Status
 from . import cartogram
@@ -27,11 +27,9 @@ from .coarse import CoarseMap
 from .constraints.soft import MOST_LIMIT_RATIO, bands_of, patches_of, softness_of
 from .constraints.validate import check, check_free
 from .errors import NoMapError, OutOfTime
-from .holes.given import Holes, open_holes, unequal, with_paired_holes
+from .holes.given import open_holes, unequal, with_paired_holes
 from .method import solve as solved
-from .minimise.terms import Term
-from .model.energy import UPRIGHT, Energy
-from .model.settings import Settings, Solution
+from .model.solution import Solution
 from .rigid.given import NO_REGIONS, regions_of
 
 LAYERED = "Where the shape overlaps itself, pictures show the layer that is farther from the {}."
@@ -99,19 +97,20 @@ def solve_once(
     else:
         attempt = _attempt(problem, options, start, remesh=remesh, coarse=coarse)
     attempt = _with_exact_pins(attempt, problem, options, start, remesh=remesh)
-    fit, settings = attempt.fit, attempt.settings
-    if settings.fit != "whole" and loses_too_much(fit.coverage.left_out, fit.coverage.uncovered, options):
+    fit = attempt.fit
+    if attempt.options.fit != "whole" and loses_too_much(
+        fit.coverage.left_out, fit.coverage.uncovered, options
+    ):
         return solve_once(problem, replace(options, fit="whole"), start)
     if fit.rigid:
         check_sizes(fit, options.rigid_size)
     if attempt.is_free:
         fit.notes.extend(stretch_notes(fit.distortion))
     if attempt.is_free or options.turn is not None:  # by default, pins determine the rotation
-        fit.notes.extend(rotation_notes(attempt.rotation, settings.turn))
+        fit.notes.extend(rotation_notes(attempt.rotation, options.rotation))
     map = triangulated(fit.map)
     fit.notes.extend(soft_pin_notes(map, attempt.soft_pins))
-    fit.notes.extend(bounds.bound_notes(map, settings.max_dilatation, settings.max_stretch))
-    fit.notes.extend(coverage_notes(fit))
+    fit.notes.extend(bounds.bound_notes(map, options.max_dilatation, options.max_stretch))
     return fit
 
 
@@ -126,18 +125,18 @@ def _map_of_less_balance(problem: Problem, options: Options) -> TriangulatedMap:
 
 
 class _Attempt(NamedTuple):
-    """A map, and the settings with which it was solved.
+    """A map, and the options with which it was solved.
 
     Attributes:
         fit: the map, without notes on its quality.
-        settings: the settings, adapted to the constraints.
+        options: the options, adapted to the constraints.
         rotation: mean rotation of the picture in radians.
         is_free: whether there are neither pins nor strokes, except pins in holes.
         soft_pins: (k, 2) pins that need not be met exactly.
     """
 
     fit: Fit
-    settings: Settings
+    options: Options
     rotation: float
     is_free: bool
     soft_pins: Complex
@@ -211,25 +210,22 @@ def _attempt(
     pins, regions = between.pins, problem.rigid or problem.rigid_target
     if options.exact_pins or regions:  # pins in a rigid region determine its similarity
         between = replace(between, softness=Softness.exact(len(pins)))
-    settings = settings_of(options)
     constrained = len(pins) or between.strokes or regions or problem.size_map or problem.importance
-    if constrained or start is not None or settings.bounded:
-        settings = replace(settings, fit=with_constraints(settings.fit))
     if problem.rigid_target:
-        solution = solve_inverse(between, settings, start, remesh=remesh)
+        solution = solve_inverse(between, options, start, remesh=remesh)
     else:
-        solution = solved(between, settings, start, remesh=remesh, coarse=None if constrained else coarse)
+        solution = solved(between, options, start, remesh=remesh, coarse=None if constrained else coarse)
     linear = in_regions(solution.map, solution.rigid, of_target=solution.rigid_of_target)
     map = straighten_lines(solution.map, solution.lines, linear)
-    map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
-    in_bounds = bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
-    fit = result_of(problem, solution, map, (Holes.of(between), pins), settings, in_bounds=in_bounds)
+    map = bounds.straighten_beyond_bounds(map, options.max_dilatation, options.max_stretch)
+    in_bounds = bounds.meets_bounds(map, options.max_dilatation, options.max_stretch)
+    fit = result_of(problem, solution, map, (between.holes, pins), options, in_bounds=in_bounds)
     is_free = not (len(pins) or len(between.strokes))
-    return _Attempt(fit, settings, solution.turn, is_free=is_free, soft_pins=solution.soft_pins)
+    return _Attempt(fit, options, solution.rotation, is_free=is_free, soft_pins=solution.soft_pins)
 
 
 def solve_inverse(
-    problem: Problem, settings: Settings, start: TriangulatedMap | None, *, remesh: bool
+    problem: Problem, options: Options, start: TriangulatedMap | None, *, remesh: bool
 ) -> Solution:
     """Solve a problem with rigid regions of the target through its inverse, in which they are regions of the source.
 
@@ -241,11 +237,11 @@ def solve_inverse(
     """
     # Checked here, so that messages do not confuse source and target.
     check(*problem.outlines, problem.pins, problem.strokes, problem.pin_numbers)
-    holes = Holes.of(problem)
+    holes = problem.holes
     if len(holes.source) > len(holes.target):
         raise InputError("rigid_target: the source has more holes than the target; set holes to fill or cut")
     inverse_start = start and start.linear_inverse()
-    solution = solved(problem.inverse(), settings.inverse(), inverse_start, remesh=remesh)
+    solution = solved(problem.inverse(), options.inverse(), inverse_start, remesh=remesh)
     inverse_notes, hole_notes = unequal(holes.inverse()), unequal(holes)
     notes = [note for note in solution.notes if note not in inverse_notes]
     return replace(
@@ -266,7 +262,7 @@ def result_of(
     solution: Solution,
     map: TriangulatedMap,
     constraints: tuple[Holes, Complex],
-    settings: Settings,
+    options: Options,
     *,
     in_bounds: bool,
     region_layout: tuple[Complex, float] | None = None,
@@ -278,17 +274,17 @@ def result_of(
         solution: the solution.
         map: its map, with curved patches.
         constraints: the holes, and the pins (k, 2) that are not in holes.
-        settings: options of the map.
+        options: options of the solver.
         in_bounds: whether the patches meet the bounds on distortion.
         region_layout: for rigid regions of a surface: (n,) positions of vertices with each region flattened, and the
             map's mean scale.
     """
     source, target, strokes = problem.source, problem.target, problem.strokes
     holes, pins = constraints
-    status = _status(solution, in_bounds, settings)
+    status = _status(solution, in_bounds, options)
     flat, mean = region_layout or (None, mean_scale(source, target, holes.sides))
     of_target = solution.rigid_of_target
-    rigid = [Region.of(map, rings, mean, of_target=of_target, flat=flat) for rings in solution.rigid]
+    rigid = [RigidRegion.of(map, rings, mean, of_target=of_target, flat=flat) for rings in solution.rigid]
     if status.ok and not near_places(map, solution.soft_pins, solution.softness.limits).all():
         status = Status.PINS
     if status.ok and not all(region.is_rigid for region in rigid):
@@ -324,10 +320,10 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
 
     source, pins, strokes = problem.source, problem.pins, problem.strokes
     holes, hole_notes = open_holes(
-        problem.source_holes, source, pins[:, 0], [source_stroke for source_stroke, _ in strokes]
+        problem.holes.source, source, pins[:, 0], [source_stroke for source_stroke, _ in strokes]
     )
     constraints = check_free(source, pins, strokes, holes)
-    settings, notes = settings_of(options), [*hole_notes, *constraints.notes]
+    notes = [*hole_notes, *constraints.notes]
     softness = problem.softness
     if options.exact_pins or problem.rigid:  # the pins of a rigid region determine its similarity
         softness = Softness.exact(len(pins))
@@ -335,17 +331,17 @@ def deform(problem: Problem, options: Options, start: TriangulatedMap | None = N
     patches = patches_of(source, None, (holes, ()), pins, softness, constraints, bands=bands)
     constraints = constraints.without(patches.points[:, 0])
     regions = regions_of(problem.rigid, source, holes, pins, strokes) if problem.rigid else NO_REGIONS
-    solution = deforming.solve(source, constraints, settings, start, holes, regions, patches)
+    solution = deforming.solve(source, constraints, options, start, holes, regions, patches)
     map = solution.map
     if not solution.simple:
         bottom = pins[0, 0] if len(pins) else strokes[0][0].z[0]
         map = replace(map, faces=map.faces[drawing_order(map.source[map.faces].mean(axis=1), bottom)])
         notes.append(LAYERED.format("first pin" if len(pins) else "beginning of the first stroke"))
     map = straighten_lines(map, solution.lines, in_regions(map, regions.polygons))
-    map = bounds.straighten_beyond_bounds(map, settings.max_dilatation, settings.max_stretch)
-    bounded = solution.reached and bounds.meets_bounds(map, settings.max_dilatation, settings.max_stretch)
+    map = bounds.straighten_beyond_bounds(map, options.max_dilatation, options.max_stretch)
+    bounded = solution.reached and bounds.meets_bounds(map, options.max_dilatation, options.max_stretch)
     constraints_met = solution.met and bool(near_places(map, patches.points, patches.softness.limits).all())
-    rigid = [Region.of(map, rings) for rings in regions.polygons]
+    rigid = [RigidRegion.of(map, rings) for rings in regions.polygons]
     if not constraints_met:
         status = Status.PINS
     elif not all(bone.is_rigid for bone in rigid):
@@ -371,31 +367,6 @@ def drawing_order(middles: Complex, bottom: complex) -> Index:
     layer.
     """
     return np.argsort(np.abs(middles - bottom), kind="stable")
-
-
-def settings_of(options: Options) -> Settings:
-    """Return the settings of the balanced method that options stand for.
-
-    Raises:
-        InputError: an item of `terms` is not a `Term`.
-    """
-    upright = 0.0 if options.turn == "any" else UPRIGHT
-    terms = []
-    for number, term in enumerate(options.terms, 1):
-        if not isinstance(term, Term):
-            raise InputError(f"terms: item {number} is a {type(term).__name__}, not an iccm.balanced.Term")
-        terms.append(term)
-    return Settings(
-        energy=Energy(options.balance, upright, tuple(terms)),
-        turn=None if options.turn == "any" else float(np.radians(options.turn or 0.0)),
-        tolerance=options.tolerance,
-        max_dilatation=options.max_dilatation,
-        max_stretch=options.max_stretch,
-        fit=options.fit,
-        starts=options.effort,
-        rigid_size=None if options.rigid_size == "free" else float(options.rigid_size or 1.0),
-        keep_start=options.keep_start,
-    )
 
 
 def straighten_lines(map: TriangulatedMap, lines: Index, linear: Index = NO_FACES) -> TriangulatedMap:
@@ -430,23 +401,23 @@ def check_sizes(fit: Fit, requested: float | str | None) -> None:
         limit_word, alternative, round_size = (
             ("from", "larger", np.ceil) if region.of_target else ("up to", "smaller", np.floor)
         )
-        explanation = (
-            f"has room for a size {limit_word} {round_size(round(1000 * region.scale) / 10) / 100:.2f} times "
-            "the mean scale"
-        )
+        size = f"{round_size(round(1000 * region.scale) / 10) / 100:.2f} times the mean scale"
         if requested is not None:
             raise InputError(
-                f"rigid_size: region {k + 1} {explanation}, not for {goal:g}; choose a {alternative} size"
+                f"rigid_size: region {k + 1} has room for a size {limit_word} {size}, not for {goal:g}; choose a "
+                f"{alternative} size"
             )
-        fit.notes.append(f"Rigid region {k + 1} {explanation} (regions).")
+        fit.notes.append(
+            f"Rigid region {k + 1} is mapped at {size}, to fit near its place; rigid_size sets another size (regions)."
+        )
 
 
-def _status(solution: Solution, in_bounds: bool, settings: Settings) -> Status:
+def _status(solution: Solution, in_bounds: bool, options: Options) -> Status:
     if not solution.met:
         return Status.PINS
-    if solution.gap > settings.tolerance:
+    if solution.gap > options.tolerance:
         return Status.GAP
-    if solution.source_gap > settings.tolerance:
+    if solution.source_gap > options.tolerance:
         return Status.SOURCE_GAP
     return Status.REACHED if solution.reached and in_bounds else Status.BOUNDS
 
@@ -461,22 +432,6 @@ def stretch_notes(distortion: Distortion) -> list[str]:
             *distortion.strain
         )
     ]
-
-
-def coverage_notes(fit: Fit) -> list[str]:
-    """Return notes on the hidden share of the source and the bare share of the target."""
-    notes = []
-    if fit.coverage.left_out >= NOTED_AREA_SHARE:
-        notes.append(
-            f"{fit.coverage.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
-            "no room for it (fit)."
-        )
-    if fit.coverage.uncovered >= NOTED_AREA_SHARE:
-        notes.append(
-            f"{fit.coverage.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
-            "open (fit)."
-        )
-    return notes
 
 
 def near_places(map: TriangulatedMap, pins: Complex, limits: Real) -> Flags:
@@ -499,8 +454,8 @@ def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
     if largest < NOTED_DISTANCE:
         return []
     return [
-        f"Pins are soft: they come within {largest:.2%} of the target's diagonal of their places; exact "
-        "pins meet theirs (exact_pins)."
+        f"Soft pins miss their places by up to {largest:.2%} of the target's diagonal: give them a smaller tolerance "
+        "to come closer, or meet their places exactly, which bends the picture there (exact_pins)."
     ]
 
 

@@ -21,20 +21,22 @@ from ..arrays import Complex, Real
 from ..curve import Curve
 from ..maps.triangulated.map import TriangulatedMap
 from ..maps.triangulated.patches import bulges
+from ..options import Options
 from ..pins import Softness
 from ..plane import Similarity, triangle_areas
+from ..problem import Holes
 from ..result import Fit
 from .constraints.soft import NO_PATCHES, PinnedPatches, patches_of
 from .constraints.validate import Pins, check
 from .errors import NoMapError, Stuck
 from .holes.filled import without_filled
-from .holes.given import Holes, named_partners
+from .holes.given import named_partners, unit_holes
 from .method import holes_of, sketch_of
 from .model.discrete_map import DiscreteMap
-from .model.frames import frames_of, unit_curve
+from .model.energy import Energy
 from .model.mesh_map import MeshMap
 from .model.mesh_sizes import graded
-from .model.settings import Settings
+from .model.unit_coordinates import unit_curve, unit_similarities
 from .search.final_mesh import (
     FINE_EXACTNESS,
     LAST_DECREASE_WITH_PINS,
@@ -46,9 +48,9 @@ from .search.final_mesh import (
 )
 from .search.homotopy import satisfy_constraints
 from .search.levels import FINE_POWER, Level, refine
-from .search.multilevel import STEEPEST, energy_of, problem_of
+from .search.multilevel import STEEPEST, simplified
 from .search.pin_continuation import move_on_new_meshes
-from .search.unit_problem import UnitProblem
+from .search.unit_problem import UnitProblem, energy_with
 from .search.warm_start import AT_REST_DECREASE, on_its_mesh
 
 COARSE_MESH_SIZE = 0.06
@@ -76,12 +78,13 @@ RMS_RATIO = 0.5
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
-    """Two domains, their holes, and the frames of their unit coordinates."""
+    """Two domains, their holes, the similarities to their unit coordinates, and the options of the map."""
 
     source: Curve
     target: Curve
     holes: Holes
-    frames: tuple[Similarity, Similarity]
+    to_unit: tuple[Similarity, Similarity]
+    options: Options
 
     @property
     def inverted(self) -> bool:
@@ -111,41 +114,47 @@ class _Pair:
                 self.source, self.target, self.holes.sides, pins, numbered_softness, exact, numbers
             )
             exact = exact.without(patches.points[:, 0])
-        exact = exact.unit(self.frames)
+        exact = exact.unit(self.to_unit)
         return (exact.inverse() if self.inverted else exact), patches
 
-    def with_patches(self, settings: Settings, patches: PinnedPatches) -> Settings:
-        """Return settings in unit coordinates with other soft pins in the energy of the map from source to target."""
-        soft = None if patches.are_none else patches.unit(self.frames)
-        return replace(settings, energy=replace(settings.energy, pins=soft))
+    def with_patches(self, energy: Energy, patches: PinnedPatches) -> Energy:
+        """Return an energy in unit coordinates with other soft pins, of the map from source to target."""
+        return replace(energy, pins=None if patches.are_none else patches.unit(self.to_unit))
 
-    def problem(self, exact: Pins, settings: Settings, start: MeshMap | None = None) -> UnitProblem:
-        """Return the problem of the map that is updated; see `problem_of`. `start` is a map from source to target."""
-        source, target = unit_curve(self.frames[0], self.source), unit_curve(self.frames[1], self.target)
+    def problem(self, exact: Pins, energy: Energy, start: MeshMap | None = None) -> UnitProblem:
+        """Return the problem that an update solves, with outlines simplified as in `simplified`.
+
+        Args:
+            exact: exact pins and strokes, from source to target.
+            energy: the energy in unit coordinates.
+            start: a map from source to target that is continued.
+        """
+        outlines = unit_curve(self.to_unit[0], self.source), unit_curve(self.to_unit[1], self.target)
         own_side = exact.inverse() if self.inverted else exact
-        problem = problem_of(source, target, self.holes.unit(self.frames), own_side, settings, start)
+        given = UnitProblem.of(outlines, unit_holes(self.to_unit, self.holes), own_side, energy, self.options)
+        problem = simplified(given, start)
         return problem.inverse() if self.inverted else problem
 
-    def carried(self, state: MeshMap, exact: Pins, settings: Settings, *, coarse: bool) -> DiscreteMap:
+    def carried(self, state: MeshMap, exact: Pins, energy: Energy, *, coarse: bool) -> DiscreteMap:
         """Transfer a map to a new mesh, and make it meet constraints.
 
         Args:
             state: the map.
             exact: exact pins and strokes, in unit coordinates.
-            settings: options of the map.
+            energy: in unit coordinates, with the soft pins.
             coarse: whether the mesh is coarse, rather than as fine as the final one.
 
         Raises:
             NoMapError: the map folds on the new mesh.
         """
-        problem, sizes = self.problem(exact, settings), None
+        problem, sizes = self.problem(exact, energy), None
         # without its constraints, which belong to other vertices
         state = MeshMap.plain(state.z, state.u, state.faces, state.border, loops=state.loops)
         try:
             if coarse:
                 level = Level.of(problem, COARSE_MESH_SIZE, *FINE_EXACTNESS, STEEPEST)
             else:
-                level = final_level(problem, settings)
+                level = final_level(problem)
                 sizes = graded(state.z, state.u, state.faces, 0.5 * level.size**2)
             new = satisfy_constraints(refine(level, state, sizes))
             if new.miss > 0 and not exact.strokes:  # other triangles may be less in the way of the pins
@@ -156,7 +165,7 @@ class _Pair:
             raise NoMapError(f"the map cannot follow: {error}") from error
 
     def carried_anyhow(
-        self, state: MeshMap, exact: Pins, settings: Settings, *, coarse: bool
+        self, state: MeshMap, exact: Pins, energy: Energy, *, coarse: bool
     ) -> tuple[DiscreteMap, bool]:
         """Transfer a map to a fine mesh, or to a coarse one if `coarse` or if the fine one fails.
 
@@ -170,9 +179,9 @@ class _Pair:
         """
         if not coarse:
             with suppress(NoMapError):
-                new = self.carried(state, exact, settings, coarse=False)
+                new = self.carried(state, exact, energy, coarse=False)
                 return new, new.miss > 0
-        return self.carried(state, exact, settings, coarse=True), True
+        return self.carried(state, exact, energy, coarse=True), True
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,8 +190,8 @@ class Live:
 
     Attributes:
         pair: the two domains.
-        settings: options of the map, with soft pins in its energy.
-        given: exact pins and strokes in unit coordinates.
+        energy: of the map, in unit coordinates, with the soft pins.
+        exact: exact pins and strokes in unit coordinates.
         patches: soft pins in the user's coordinates.
         pins: (k, 2) all pins as they were given.
         state: the map in unit coordinates.
@@ -196,7 +205,7 @@ class Live:
     """
 
     pair: "_Pair"
-    settings: Settings
+    energy: Energy
     exact: Pins
     patches: PinnedPatches
     pins: Complex
@@ -212,7 +221,7 @@ class Live:
     def of(
         cls,
         fit: Fit,
-        settings: Settings,
+        options: Options,
         pins: Complex,
         strokes: Sequence[tuple[Curve, Curve]] = (),
         softness: Softness | None = None,
@@ -225,7 +234,7 @@ class Live:
 
         Args:
             fit: the map.
-            settings: options of the map.
+            options: options of the solver.
             pins: (k, 2) points of the source and their places.
             strokes: polylines of the source, and of the target.
             softness: of the pins; None if all are exact.
@@ -244,15 +253,15 @@ class Live:
         ]
         partners = tuple((i, j) for _, i, j in mapped_holes)
         holes = Holes(tuple(fit.source_holes), tuple(fit.target_holes), partners)
-        frames = frames_of(fit.source, fit.target, settings.turn, holes.sides)
-        pair = _Pair(fit.source, fit.target, holes, frames)
+        to_unit = unit_similarities(fit.source, fit.target, options.rotation, holes.sides)
+        pair = _Pair(fit.source, fit.target, holes, to_unit, options)
         map, covering_map = fit.map, covering_map or fit._covering_map
         if pair.inverted and covering_map is not None:
             map, mapped_holes = covering_map, holes_of(covering_map, holes)
-        sketch = sketch_of(map, frames, mapped_holes)
+        sketch = sketch_of(map, to_unit, mapped_holes)
         own_pins, patches = pair.checked(fit.pins, fit.strokes, fit.details.softness)
-        settings = pair.with_patches(settings.in_frames(frames), patches)
-        level = final_level(pair.problem(own_pins, settings, sketch), settings)
+        energy = pair.with_patches(Energy.of(options).in_unit(to_unit), patches)
+        level = final_level(pair.problem(own_pins, energy, sketch))
         sketch = sketch.inverse() if pair.inverted else sketch
         state = on_its_mesh(level, sketch)
         if state is not None and not state.fills_holes:  # they would fold
@@ -263,14 +272,14 @@ class Live:
             state, stiffening = with_present_springs(state, saved_pins)
         else:
             exact, patches = pair.checked(pins, strokes, softness)
-            settings = pair.with_patches(settings, patches)
+            energy = pair.with_patches(energy, patches)
             coarse = bool(len(exact.outer) or exact.strokes)
             stiffening = _factors_at(patches, springs or {})
-            stiff = _stiffened(settings, stiffening)
+            stiff = _stiffened(energy, stiffening)
             state, coarse = pair.carried_anyhow(sketch, exact, stiff, coarse=coarse)
         # of the default age: another mesh may be made at once, because pins are sometimes blocked on this one
         live = cls(
-            pair, settings, exact, patches, fit.pins, state, _least_area(state), coarse, stiffening=stiffening
+            pair, energy, exact, patches, fit.pins, state, _least_area(state), coarse, stiffening=stiffening
         )
         return live if exact is not own_pins else live.follow(pins, strokes, softness, dragged=dragged)
 
@@ -297,9 +306,8 @@ class Live:
             InputError: no one-to-one map meets the pins or strokes.
         """
         if balance is not None:
-            settings = replace(self.settings, energy=replace(self.settings.energy, balance=balance))
             begun = replace(self.state, energy=replace(self.state.energy, balance=balance))
-            live = replace(self, settings=settings, state=begun)
+            live = replace(self, energy=replace(self.energy, balance=balance), state=begun)
             return live.follow(pins, strokes, softness, dragged=dragged)
         exact, patches = self.pair.checked(pins, strokes, softness)
         reach = self._reach(pins) if dragged else np.inf
@@ -329,7 +337,7 @@ class Live:
         hand_share = float(np.nan_to_num(np.abs(hand)).max(initial=0.0))
         share = hand_share + EASED_SHARE * (self.eased + 1)
         side = 0 if self.pair.inverted else 1
-        return RMS_RATIO * share * diagonals[side] * abs(self.pair.frames[side].factor)
+        return RMS_RATIO * share * diagonals[side] * abs(self.pair.to_unit[side].factor)
 
     def _follow(self, exact: Pins, reach: float, *, dragged: bool) -> "Live":
         """Return the map updated to exact pins and strokes, and to the soft pins of its energy.
@@ -347,7 +355,7 @@ class Live:
             state = _relax(state) if coarse and not behind else state
         # the next step may reach the goals
         goes_on = dragged and state is not None and (self.met or _has_reached(self.state, state, reach))
-        stiff = _stiffened(self.settings, self.stiffening)
+        stiff = _stiffened(self.energy, self.stiffening)
         if not waits and not goes_on and (state is None or behind or state.miss > 0):
             age = 0
             try:
@@ -376,15 +384,13 @@ class Live:
         """Return the map with other soft pins in its energy; `exact` are the exact ones."""
         if not len(patches.points) and not len(self.patches.points):
             return self
-        settings, factors = self.pair.with_patches(self.settings, patches), self.stiffening
+        plain, factors = self.pair.with_patches(self.energy, patches), self.stiffening
         if len(factors) != len(patches.points):  # else a pin whose place in the source moves keeps its factor
             factors = _factors_at(patches, self.springs)
-        energy = energy_of(settings, exact)
-        if energy.pins is not None:
-            energy = replace(energy, pins=energy.pins.stiffer(factors))
+        energy = _stiffened(energy_with(exact, plain), factors)
         oriented = energy.inverse() if self.pair.inverted else energy
         state = self.state.with_energy(oriented)
-        return replace(self, settings=settings, patches=patches, state=state, stiffening=factors)
+        return replace(self, energy=plain, patches=patches, state=state, stiffening=factors)
 
     @property
     def springs(self) -> dict[complex, float]:
@@ -394,7 +400,7 @@ class Live:
     @property
     def springs_in_force(self) -> dict[complex, float]:
         """The factors of the springs that pull in this map; those of `springs` pull in the next step."""
-        pins, plain_pins = self.state.energy.pins, self.settings.energy.pins
+        pins, plain_pins = self.state.energy.pins, self.energy.pins
         if pins is None or plain_pins is None:
             return {}
         return dict(zip(self.patches.points[:, 0].tolist(), (pins.springs / plain_pins.springs).tolist()))
@@ -448,7 +454,9 @@ class Live:
         """(k, 2) the vertices of exact pins inside and their images, as far as the map has followed."""
         state, inner = self.state, self.state.inner
         sides = (state.u, state.z) if self.pair.inverted else (state.z, state.u)
-        return np.column_stack([frame.pull_back(w[inner]) for frame, w in zip(self.pair.frames, sides)])
+        return np.column_stack(
+            [similarity.pull_back(w[inner]) for similarity, w in zip(self.pair.to_unit, sides)]
+        )
 
     def limit(self, source: complex) -> float:
         """Return how far from its place the soft pin at a point of the source may be."""
@@ -464,6 +472,11 @@ class Live:
         return self._world(self.state.inverse() if self.pair.inverted else self.state)
 
     @property
+    def maps(self) -> list[TriangulatedMap]:
+        """The same as a list, as maps of several parts have it."""
+        return [self.map]
+
+    @property
     def start(self) -> TriangulatedMap:
         """The map from which a solve can continue, including the triangles that fill holes of the target."""
         if not self.pair.inverted:
@@ -473,9 +486,9 @@ class Live:
         return self._world(covered)
 
     def _world(self, state: MeshMap) -> TriangulatedMap:
-        frames = self.pair.frames
-        cut = without_filled(state, mirrored=frames[0].mirrored)
-        z, u = (f.pull_back(w[cut.vertices]) for f, w in zip(frames, (state.z, state.u)))
+        to_unit = self.pair.to_unit
+        cut = without_filled(state, mirrored=to_unit[0].mirrored)
+        z, u = (f.pull_back(w[cut.vertices]) for f, w in zip(to_unit, (state.z, state.u)))
         map = TriangulatedMap(z, u, cut.faces, cut.loops)
         if not len(cut.lines):
             return map
@@ -487,11 +500,9 @@ def _factors_at(patches: PinnedPatches, springs: Mapping[complex, float]) -> Rea
     return np.array([springs.get(point, 1.0) for point in patches.points[:, 0].tolist()])
 
 
-def _stiffened(settings: Settings, factors: Real) -> Settings:
-    """Return the settings with the springs of soft pins stiffer by factors (k,)."""
-    pins = settings.energy.pins
-    stiff = None if pins is None else pins.stiffer(factors)
-    return replace(settings, energy=replace(settings.energy, pins=stiff))
+def _stiffened(energy: Energy, factors: Real) -> Energy:
+    """Return the energy with the springs of soft pins stiffer by factors (k,)."""
+    return energy if energy.pins is None else replace(energy, pins=energy.pins.stiffer(factors))
 
 
 def _least_area(state: DiscreteMap) -> float:

@@ -13,36 +13,40 @@ from ..arrays import Complex
 from ..curve import Curve, closer_outline, hausdorff, interior_grid
 from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap
+from ..options import Options
 from ..plane import Similarity
-from ..problem import Problem
+from ..problem import Holes, Problem
 from . import injectivity
 from .coarse import CoarseMap
 from .constraints.soft import bands_of, patches_of
 from .constraints.validate import UNPINNED, Pins, check, put_pins
 from .holes.filled import Cut, covering, without_filled
-from .holes.given import Holes, hole_at, unequal
+from .holes.given import hole_at, unequal, unit_holes
 from .model.boundary_pairs import loops_of
-from .model.frames import frames_of, unit_curve, unit_ring
-from .model.measures import turn_of
+from .model.energy import Energy
+from .model.measures import mean_rotation
 from .model.mesh_map import MeshMap
 from .model.metric import FieldMetric
-from .model.settings import Settings, Solution, SolveLog
+from .model.solution import Solution, SolveLog
+from .model.unit_coordinates import unit_curve, unit_ring, unit_similarities
 from .motion import carry_map
-from .rigid.given import NO_REGIONS, Regions, aims_of, regions_of
+from .rigid.given import NO_REGIONS, RigidRegions, aims_of, regions_of
 from .rigid.solve import Rigid, is_rigid_similarity, keep_rigid
 from .search import multilevel
 from .search.final_mesh import excesses
+from .search.unit_problem import FINAL_TRIANGLES, UnitProblem
 
 FIELD_SAMPLES = 20_000  # points in the source at which the means of fields are computed
 
 
 def solve(
     problem: Problem,
-    settings: Settings | None = None,
+    options: Options,
     start: TriangulatedMap | None = None,
     *,
     remesh: bool = False,
     coarse: CoarseMap | None = None,
+    triangles: int = FINAL_TRIANGLES,
 ) -> Solution:
     """Return the balanced map of a problem.
 
@@ -50,72 +54,63 @@ def solve(
 
     Args:
         problem: the domains and constraints. No pin is in a hole, and rigid regions are those of the source.
-        settings: options of the map.
+        options: options of the solver.
         start: an earlier map to start from; its outlines are moved to those of the problem if they differ.
         remesh: whether the start needs a new mesh in any case, because its options were different.
         coarse: a coarse map of the problem without constraints, which is refined.
+        triangles: approximate number of triangles of the final mesh.
 
     Raises:
         NoMapError: no map without folds was found.
         InputError: no one-to-one map meets the pins or strokes, or the start has other holes.
     """
-    settings = settings or Settings()
     source, target, pins, strokes = problem.source, problem.target, problem.pins, problem.strokes
     assert target is not None
-    holes, fields = Holes.of(problem), (problem.size_map, problem.importance)
+    holes, fields = problem.holes, (problem.size_map, problem.importance)
     carried = None if start is None else carry_map(start, source, target, holes.sides)
-    frames = frames_of(source, target, settings.turn, holes.sides)
+    to_unit = unit_similarities(source, target, options.rotation, holes.sides)
+    metric = None
     if any(fields):
         metric = FieldMetric.of(
-            frames[0], interior_grid(source, FIELD_SAMPLES, [hole.z for hole in holes.source]), *fields
+            to_unit[0], interior_grid(source, FIELD_SAMPLES, [hole.z for hole in holes.source]), *fields
         )
-        settings = replace(settings, metric=metric)
     journal = SolveLog()
-    curves = unit_curve(frames[0], source), unit_curve(frames[1], target), holes.unit(frames)
     numbers, constraints = problem.pin_numbers, UNPINNED
     if len(pins) or len(strokes):
         constraints = check(source, target, pins, strokes, numbers)
     bands = bands_of(strokes, problem.stroke_widths)
     patches = patches_of(source, target, holes.sides, pins, problem.softness, constraints, numbers, bands)
-    settings = settings.in_frames(frames, None if patches.are_none else patches.unit(frames))
+    energy = Energy.of(options).in_unit(to_unit, None if patches.are_none else patches.unit(to_unit))
     constraints = constraints.without(patches.points[:, 0])
+    outlines = unit_curve(to_unit[0], source), unit_curve(to_unit[1], target)
+    unit = UnitProblem.of(
+        outlines, unit_holes(to_unit, holes), constraints.unit(to_unit), energy, options, metric
+    )
+    unit = unit._replace(triangles=triangles)
     regions = NO_REGIONS
     if constraints.count or constraints.strokes or start is not None:
         journal.notes += [*unequal(holes), *constraints.notes]
-        start_sketch = None if carried is None else sketch_of(carried, frames, holes_of(carried, holes))
+        start_sketch = None if carried is None else sketch_of(carried, to_unit, holes_of(carried, holes))
         state, constraints_met = multilevel.constrained_map(
-            *curves,
-            constraints.unit(frames),
-            settings,
+            unit,
             journal,
             start_sketch,
             remesh=remesh or carried is not start,
             outlines_moved=carried is not start,
         )
-        if problem.rigid:
-            regions = regions_of(problem.rigid, source, holes.source, pins, strokes)
-            state = _keep_rigid(state, regions, curves, frames, constraints, settings, journal)
-        solution = solution_of(
-            state,
-            *_world(state, frames),
-            frames,
-            _domains(source, target, holes),
-            settings,
-            journal,
-            constraints,
-        )
-        solution = replace(solution, met=constraints_met)
     else:
-        begun = None if coarse is None else (coarse.problem, coarse.state)
-        state = multilevel.free_map(*curves, settings, journal, begun)
+        begun = None if coarse is None else coarse.solved
+        state, constraints_met = multilevel.free_map(unit, journal, begun), True
         journal.notes += [*unequal(holes), *constraints.notes]
-        domains = _domains(source, target, holes)
-        if problem.rigid:
-            regions = regions_of(problem.rigid, source, holes.source)
-            state = _keep_rigid(state, regions, curves, frames, UNPINNED, settings, journal)
-        solution = solution_of(state, *_world(state, frames), frames, domains, settings, journal)
+    if problem.rigid:
+        regions = regions_of(problem.rigid, source, holes.source, pins, strokes)
+        state = _keep_rigid(state, regions, unit, to_unit[0], journal)
+    z, u = _world(state, to_unit)
+    domains = (source, *holes.source), (target, *holes.target)
+    solution = solution_of(unit, state, z, u, to_unit, domains, journal, constraints)
     return replace(
         solution,
+        met=constraints_met,
         rigid=regions.polygons,
         soft_pins=patches.points,
         softness=patches.softness,
@@ -124,68 +119,74 @@ def solve(
 
 def _keep_rigid(
     state: MeshMap,
-    regions: Regions,
-    curves: tuple[Curve, Curve, Holes],
-    frames: tuple[Similarity, Similarity],
-    pins: Pins,
-    settings: Settings,
+    regions: RigidRegions,
+    given: UnitProblem,
+    source_to_unit: Similarity,
     journal: SolveLog,
 ) -> MeshMap:
     """Return the map changed so that regions are rigid.
+
+    Args:
+        state: the map in unit coordinates.
+        regions: the regions in the given coordinates.
+        given: the problem with its outlines as they are.
+        source_to_unit: the similarity from the given to unit coordinates of the source.
+        journal: collects energies and notes.
 
     Raises:
         InputError: the target has more holes than the source, or no similarity maps the pins in a region.
         NoMapError: no map without folds follows the regions' outlines.
     """
-    source, target, holes = curves
-    if len(holes.target) > len(holes.source):
+    if len(given.holes.target) > len(given.holes.source):
         raise InputError("rigid: the target has more holes than the source; set holes to fill or cut")
-    notes = list(regions.notes)
-    unit = Regions(tuple(tuple(unit_ring(frames[0], ring) for ring in rings) for rings in regions.polygons))
-    unit_pins = pins.unit(frames)
-    problem = multilevel.problem_of(source, target, holes, unit_pins, settings)
-    aims, is_prescribed, pinned_points = aims_of(unit, unit_pins, settings.rigid_size or 1.0)
-    free = ~is_prescribed & (settings.rigid_size is None)
+    notes, size = list(regions.notes), given.options.rigid_scale
+    unit = RigidRegions(
+        tuple(tuple(unit_ring(source_to_unit, ring) for ring in rings) for rings in regions.polygons)
+    )
+    problem = multilevel.simplified(given)
+    aims, is_prescribed, pinned_points = aims_of(unit, given.pins, size or 1.0)
+    free = ~is_prescribed & (size is None)
     requested = Rigid(
-        unit.polygons, aims, ~is_prescribed & (problem.energy.upright == 0), free, pinned_points
+        unit.polygons,
+        aims,
+        ~is_prescribed & (problem.energy.upright == 0),
+        free,
+        pinned_points,
+        given.options.rigid_size is None,
     )
     if not problem.constrained:
-        match = multilevel.find_similarity(source, target, problem, settings)
+        match = multilevel.find_similarity(given, problem)
         if match is not None:
-            similar = multilevel.similarity_map(problem._replace(regions=unit.polygons), match, settings)
+            similar = multilevel.similarity_map(problem._replace(regions=unit.polygons), match)
             if is_rigid_similarity(similar, requested):
                 journal.notes += notes
                 return similar
     journal.notes = [note for note in journal.notes if note != multilevel.SIMILAR] + notes
-    return keep_rigid(problem, state, requested, settings, journal)
-
-
-def _domains(source: Curve, target: Curve, holes: Holes) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
-    return (source, *holes.source), (target, *holes.target)
+    return keep_rigid(problem, state, requested, journal)
 
 
 def sketch_of(
-    map: TriangulatedMap, frames: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
+    map: TriangulatedMap, to_unit: tuple[Similarity, Similarity], holes: Sequence[tuple[int, int, int]] = ()
 ) -> MeshMap:
     """Convert a map to unit coordinates, and move the vertices of its outlines to the front.
 
     Args:
         map: the map in the given coordinates.
-        frames: of the unit coordinates.
+        to_unit: the similarities of both sides to unit coordinates.
         holes: (loop of the map, hole of the source, hole of the target) for holes with a partner.
     """
-    mirrored = frames[0].mirrored
+    mirrored = to_unit[0].mirrored
     rims = [map.loops[k][::-1] if mirrored else map.loops[k] for k in (0, *(k for k, _, _ in holes))]
     border = np.concatenate(rims)
     order = np.append(border, np.setdiff1d(np.arange(map.source.size), border))
     faces = np.argsort(order)[map.faces[:, ::-1] if mirrored else map.faces]
-    z, u = frames[0](map.source)[order], frames[1](map.image)[order]
+    z, u = to_unit[0](map.source)[order], to_unit[1](map.image)[order]
     loops = loops_of([(i, j, rim.size) for (_, i, j), rim in zip(holes, rims[1:])], rims[0].size)
     return MeshMap.plain(z, u, np.ascontiguousarray(faces), border.size, loops=loops)
 
 
-def _world(state: MeshMap, frames: tuple[Similarity, Similarity]) -> tuple[Complex, Complex]:
-    return frames[0].pull_back(state.z), frames[1].pull_back(state.u)
+def _world(state: MeshMap, to_unit: tuple[Similarity, Similarity]) -> tuple[Complex, Complex]:
+    return to_unit[0].pull_back(state.z), to_unit[1].pull_back(state.u)
 
 
 def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
@@ -211,33 +212,32 @@ def holes_of(map: TriangulatedMap, holes: Holes) -> list[tuple[int, int, int]]:
 
 
 def solution_of(
+    problem: UnitProblem,
     state: MeshMap,
     z: Complex,
     u: Complex,
-    frames: tuple[Similarity, Similarity],
+    to_unit: tuple[Similarity, Similarity],
     outlines: tuple[Sequence[Curve], Sequence[Curve]],
-    settings: Settings,
     journal: SolveLog,
-    pins: Pins | None = None,
+    pins: Pins,
 ) -> Solution:
     """Return the solution in the given coordinates, checked there.
 
     Args:
-        state: the map in unit coordinates.
-        z: (n,) its vertices in the given coordinates.
+        problem: the problem in unit coordinates.
+        state: its map.
+        z: (n,) the map's vertices in the given coordinates.
         u: (n,) their images.
-        frames: of the unit coordinates.
+        to_unit: the similarities of both sides to unit coordinates.
         outlines: the outlines of both domains, outer ones first.
-        settings: options of the map.
         journal: energies and messages of the solve.
         pins: the given pins and strokes.
 
     Raises:
         NoMapError: rounding, or another flattening of a surface, folds it.
     """
-    mirror = frames[0].mirrored
-    if pins is not None:
-        put_pins(pins, z, u, state.border, state.first_pin)
+    mirror = to_unit[0].mirrored
+    put_pins(pins, z, u, state.border, state.first_pin)
     cut = without_filled(state, mirrored=mirror)
     filled = None if cut.filled is None else (z[cut.filled], u[cut.filled])
     covering_map = None
@@ -253,15 +253,15 @@ def solution_of(
         gaps.append(max(hausdorff(Curve(rim), curve) / curves[0].diagonal for rim, curve in goals))
     source_gap, gap = gaps
     metrics = state.metrics
-    lean = turn_of(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
-    turn = np.angle(np.exp(1j * lean) * frames[0].factor / frames[1].factor)
-    excess = excesses(state.z, state.u, state.material, settings, metrics).max()
+    lean = mean_rotation(state.z, state.u, state.material, metrics) * (-1 if mirror else 1)
+    rotation = np.angle(np.exp(1j * lean) * to_unit[0].factor / to_unit[1].factor)
+    excess = excesses(state.z, state.u, state.material, problem.options, metrics).max()
     return Solution(
         TriangulatedMap(z, u, cut.faces, loops),
         journal.energies,
-        reached=bool(max(gap, source_gap) <= settings.tolerance and excess <= 1),
-        energy=settings.energy.between(state.z, state.u, state.material, metrics),
-        turn=float(turn),
+        reached=bool(max(gap, source_gap) <= problem.options.tolerance and excess <= 1),
+        energy=problem.energy.between(state.z, state.u, state.material, metrics),
+        rotation=float(rotation),
         gap=gap,
         source_gap=source_gap,
         notes=journal.notes,

@@ -49,7 +49,7 @@ SETTLED_SHARE = 1e-4  # relative decrease of the energy below which a map with t
 
 
 @dataclass(frozen=True, eq=False)
-class Regions:
+class RegionMesh:
     """A mesh whose triangles belong to regions, and the system of Newton's method on it.
 
     Attributes:
@@ -120,7 +120,7 @@ class Regions:
         return csr_array((values, (rows, columns)), shape=(self.target_areas.size, u.size))
 
 
-def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> tuple[Complex, int]:
+def match_areas(regions: RegionMesh, u: Complex, steps: int, tolerance: float) -> tuple[Complex, int]:
     """Move the vertices until the regions have their target areas.
 
     Args:
@@ -173,7 +173,7 @@ def match_areas(regions: Regions, u: Complex, steps: int, tolerance: float) -> t
 
 
 def _constrained_step(
-    regions: Regions, u: Complex, areas: Real, factor: Factor, *, has_gradient: bool
+    regions: RegionMesh, u: Complex, areas: Real, factor: Factor, *, has_gradient: bool
 ) -> tuple[Complex, Real]:
     """Return the step (n,) and the multipliers (r,); `factor` contains the factor L of H, and L⁻¹ g.
 
@@ -208,7 +208,7 @@ def _constrained_step(
 
 
 def _line_search(
-    regions: Regions, u: Complex, direction: Complex, energy: float, weights: tuple[float, float]
+    regions: RegionMesh, u: Complex, direction: Complex, energy: float, weights: tuple[float, float]
 ) -> tuple[Complex, float]:
     """Return the images after a step that lowers the merit, and the share of `direction` that was taken.
 

@@ -24,7 +24,7 @@ SPLITTING_ROUNDS = 60  # at most
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class FrameTriangulation:
     """A triangulation of a rectangular frame.
 
     Attributes:
@@ -42,7 +42,7 @@ class Mesh:
     chains: list[Index]
 
 
-def mesh_of(points: Complex, edges: Index) -> Mesh:
+def mesh_of(points: Complex, edges: Index) -> FrameTriangulation:
     """Triangulate a frame around borders.
 
     Args:
@@ -83,7 +83,9 @@ def mesh_of(points: Complex, edges: Index) -> Mesh:
     flipped = triangle_areas(z[faces]) < 0
     faces[flipped] = faces[flipped][:, ::-1]
     faces = faces[triangle_areas(z[faces]) > 0]
-    return Mesh(z, faces, frame.size, edges + frame.size, _chains(edges + frame.size, segments, owner))
+    return FrameTriangulation(
+        z, faces, frame.size, edges + frame.size, _chains(edges + frame.size, segments, owner)
+    )
 
 
 def _frame(low: complex, high: complex, spacing: float) -> Complex:

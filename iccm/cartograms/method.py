@@ -18,8 +18,8 @@ from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..plane import diagonal, triangle_areas
 from ..result import Fit
 from ..status import Status
-from .areas import Regions, match_areas
-from .mesh import Mesh, mesh_of
+from .areas import RegionMesh, match_areas
+from .mesh import FrameTriangulation, mesh_of
 
 SMALLEST_AREA_SHARE, SMALLEST_OF_MEAN = 1e-4, 1e-2
 """Smallest area relative to the total, and to the mean of all regions, whichever is less: smaller regions, such as
@@ -44,7 +44,7 @@ class Cartogram:
         steps: number of Newton steps.
     """
 
-    mesh: Mesh
+    mesh: FrameTriangulation
     image: Complex
     polygons: Sequence[shapely.Geometry]
     region: Index
@@ -138,7 +138,7 @@ def cartogram(regions: Sequence[shapely.Geometry], values: Real, most_points: in
     target_areas = areas_for(values, source_areas)
     scale = np.sqrt(triangle_areas(mesh.z[mesh.faces]).sum())
     is_fixed = np.arange(mesh.z.size) < mesh.frame
-    system = Regions(mesh.z / scale, mesh.faces, region, target_areas / scale**2, is_fixed)
+    system = RegionMesh(mesh.z / scale, mesh.faces, region, target_areas / scale**2, is_fixed)
     image, steps = match_areas(system, system.z.copy(), MOST_STEPS, AREA_TOLERANCE)
     return Cartogram(mesh, image * scale, polygons, region, target_areas, steps)
 
@@ -194,7 +194,7 @@ def _borders(regions: Sequence[shapely.Geometry]) -> tuple[Complex, Index]:
     return points, np.unique(edges, axis=0)
 
 
-def _regions_of(mesh: Mesh, regions: Sequence[shapely.Geometry]) -> Index:
+def _regions_of(mesh: FrameTriangulation, regions: Sequence[shapely.Geometry]) -> Index:
     """Return (m,) the region of each triangle, -1 for none."""
     middles = mesh.z[mesh.faces].mean(axis=1)
     triangle, region = shapely.STRtree(regions).query(shapely.points(xy_of(middles)), predicate="within")

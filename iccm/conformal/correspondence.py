@@ -84,7 +84,7 @@ class Coarse:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class HarmonicView:
     """A boundary with its harmonic measure seen from one centre."""
 
     measure: HarmonicMeasure
@@ -92,7 +92,7 @@ class View:
     mass: Real
 
     @classmethod
-    def of(cls, measure: HarmonicMeasure, centres: Complex) -> "list[View]":
+    def of(cls, measure: HarmonicMeasure, centres: Complex) -> "list[HarmonicView]":
         """Return the views from points inside."""
         return [cls(measure, c, mass) for c, mass in zip(centres, measure.masses(centres))]
 
@@ -132,8 +132,8 @@ class Correspondence:
         fixed_images: target arclengths of these.
     """
 
-    source: View
-    target: View
+    source: HarmonicView
+    target: HarmonicView
     between: "Moebius | CircleMap"
     distortion: float
     fixed: Real = field(default_factory=lambda: np.empty(0))

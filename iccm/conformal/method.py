@@ -26,8 +26,8 @@ from ..maps.harmonic import HarmonicMap
 from ..options import Options
 from ..paper import (
     Basis,
+    LeastSquares,
     NormalisedProblem,
-    System,
     assemble,
     constraint_points,
     discretise,
@@ -37,7 +37,7 @@ from ..paper import (
 from ..problem import Problem
 from ..result import Fit
 from ..status import Status
-from .correspondence import CircleMap, Correspondence, View
+from .correspondence import CircleMap, Correspondence, HarmonicView
 from .harmonic_measure import HarmonicMeasure
 from .normalisation import search
 from .panels import corners, graded
@@ -208,7 +208,9 @@ def normalise(problem: NormalisedProblem, source: Curve, target: Curve, fineness
         if all((new == old).all() for new, old in zip(deeper, sharp)):
             break
         views = [
-            old if (new == had).all() else View.of(measure(curve, new, spacing), np.array([old.centre]))[0]
+            old
+            if (new == had).all()
+            else HarmonicView.of(measure(curve, new, spacing), np.array([old.centre]))[0]
             for old, curve, new, had in zip((c.source, c.target), (source, target), deeper, sharp)
         ]
         c, sharp = replace(c, source=views[0], target=views[1]), deeper
@@ -348,7 +350,7 @@ def improve(
     mu = CONSISTENCY_SHARE if settings.consistency is None else settings.consistency
     decrease = SETTLED_DECREASE if settings.decrease is None else settings.decrease
     settings = replace(settings, order=order, consistency=mu, samples_per_edge=2, decrease=decrease)
-    system = System(
+    system = LeastSquares(
         assemble(problem, settings, basis, polygon, weights), settings.tangential if order else 1.0
     )
     return iterate(system, x, settings)

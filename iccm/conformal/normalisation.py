@@ -20,7 +20,7 @@ from ..curve import Curve
 from ..errors import InputError
 from ..maps import cauchy_green
 from ..symmetry import centre_of
-from .correspondence import TURN, Coarse, Correspondence, Moebius, View
+from .correspondence import TURN, Coarse, Correspondence, HarmonicView, Moebius
 from .harmonic_measure import HarmonicMeasure
 from .panels import thickness
 from .symmetry import centres_between, common_axes, shift_of, translation
@@ -130,7 +130,7 @@ def search(
         symmetric = search_symmetric(source, target, upright)
         if symmetric is not None:
             return symmetric
-    views = [View.of(h, centres(h.curve, 0.1)) for h in (source, target)]
+    views = [HarmonicView.of(h, centres(h.curve, 0.1)) for h in (source, target)]
     wish = Wish(pins if pins is not None and pins.size else None, upright)
     pairs = [(a, b) for a in views[0] for b in views[1]]
     candidates = [t for a, b in progress.counted("Möbius maps", pairs) for t in wish.rotations(a, b)]
@@ -160,7 +160,7 @@ def search_symmetric(
         centres_between(h.curve, axes[0][side]) if len(axes) == 1 else np.array([centre_of(h.curve)])
         for side, h in enumerate((source, target))
     ]
-    views = [View.of(h, points) for h, points in zip((source, target), centres_of_sides)]
+    views = [HarmonicView.of(h, points) for h, points in zip((source, target), centres_of_sides)]
     pairs = [(a, b) for a in views[0] for b in views[1]]
     candidates = [
         candidate
@@ -185,8 +185,8 @@ class Candidate:
 
     score: float
     cost: float
-    source: View
-    target: View
+    source: HarmonicView
+    target: HarmonicView
     p: Real
 
     @property
@@ -202,7 +202,7 @@ class Wish:
     pins: Complex | None
     upright: complex
 
-    def rotations(self, a: View, b: View) -> list[Candidate]:
+    def rotations(self, a: HarmonicView, b: HarmonicView) -> list[Candidate]:
         """Return candidates with evenly spaced rotations of the circle."""
         rho = TURN * np.arange(ROTATIONS_TRIED) / ROTATIONS_TRIED
         m = Moebius(0, rho[:, None])
@@ -214,7 +214,7 @@ class Wish:
         ]
 
     def along_axis(
-        self, a: View, b: View, axes: list[tuple[Complex, Complex]], *, swapped: bool
+        self, a: HarmonicView, b: HarmonicView, axes: list[tuple[Complex, Complex]], *, swapped: bool
     ) -> Candidate | None:
         """Return the best map that takes the ends of an axis to those of another, for views of both shapes.
 
@@ -264,7 +264,7 @@ class Wish:
         least_cost = cost(m)
         return Candidate(float(self.score(a, b, m, least_cost)), float(least_cost), a, b, p)
 
-    def finished(self, t: Candidate, views: list[list[View]]) -> Candidate:
+    def finished(self, t: Candidate, views: list[list[HarmonicView]]) -> Candidate:
         """Return a candidate refined until convergence.
 
         It is seen from the centres that resolve it best, unless that leads elsewhere.
@@ -288,19 +288,19 @@ class Wish:
         """Return the angle from upright, in radians."""
         return float(np.arccos(np.clip(self.cosine(t.source, t.target, Moebius.of(t.p)), -1, 1)))
 
-    def score(self, a: View, b: View, m: Moebius, cost: Real) -> Real:
+    def score(self, a: HarmonicView, b: HarmonicView, m: Moebius, cost: Real) -> Real:
         """Return the scores of maps with given costs."""
         if self.pins is not None:
             return cost
         return charged_distortion(cost, self.cosine(a, b, m))
 
-    def cosine(self, a: View, b: View, m: Moebius) -> Real:
+    def cosine(self, a: HarmonicView, b: HarmonicView, m: Moebius) -> Real:
         """Return the cosine of the mean rotation of the boundary from upright; m as for `distortion`."""
         z, w = a.coarse, b.coarse
         moment = w.place(m(z.middles)) @ (z.weight * (self.upright * z.places).conj())
         return moment.real / np.maximum(np.abs(moment), 1e-300)
 
-    def cost(self, a: View, b: View) -> Callable[[Moebius], Real]:
+    def cost(self, a: HarmonicView, b: HarmonicView) -> Callable[[Moebius], Real]:
         """Return the cost as a function of the Möbius map.
 
         It is the distortion, plus the distances from pins if there are any.
@@ -336,7 +336,7 @@ def _distinct(candidates: list[Candidate]) -> list[Candidate]:
     return distinct
 
 
-def _seen_well(t: Candidate, views: list[list[View]]) -> Candidate:
+def _seen_well(t: Candidate, views: list[list[HarmonicView]]) -> Candidate:
     """Return about the same map, with the two centres between which it is closest to a rotation.
 
     Refinement may lead far away from the initial centres, from which everything is crowded in one place.

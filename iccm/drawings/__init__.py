@@ -11,4 +11,5 @@ visible         what is visible of two drawings
 cost            the one cost by which maps are compared
 detail          detail of a picture: the edges that people recognise it by
 intermediate    the drawing between two drawings in the same plane: parts and holes grow and shrink, and nothing fades
+faces           faces in photos: people see every bend of them, so they count more than other detail, and are hardly…
 """

@@ -12,8 +12,9 @@ rotates the picture:
   nothing at all.
 - `rotation` is the factor for rotating the picture (`balanced.minimise.upright`): 1 if it is as upright as requested.
 
-Coarse maps from different starts, symmetric maps and others, pairs of frames, maps with filled concavities, pairs of
-parts, maps with pins, and maps with and without an earlier one are all compared by it.
+Pairs of frames, maps with filled concavities, symmetric maps and others, pairs of parts, maps with pins, and maps with
+and without an earlier one are all compared by it. Coarse maps of the same outlines from different starts, which lose
+the same parts, are compared by their energies.
 """
 
 from typing import NamedTuple
@@ -24,7 +25,7 @@ from ..arrays import Complex, Index
 from ..maps.distortion import Distortion
 from ..meshes.stretch import linear
 from ..plane import triangle_areas
-from .region import Region
+from .region import PaintedRegion
 from .visible import EDGE_SUBDIVISIONS, visible_shares
 
 LOST_POINT_ENERGY = 5.05
@@ -64,10 +65,10 @@ def cost_of(
     z: Complex,
     u: Complex,
     faces: Index,
-    source: Region,
-    target: Region,
+    source: PaintedRegion,
+    target: PaintedRegion,
     *,
-    covering: Region | None,
+    covering: PaintedRegion | None,
     balance: float = 1.0,
     rotation: float = 1.0,
     subdivision: int = EDGE_SUBDIVISIONS,

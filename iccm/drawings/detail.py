@@ -5,8 +5,8 @@ direction and a weight: the contrast across the edge in the rendered picture, it
 Contrast is clipped, so that one strong edge does not decide.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -21,7 +21,7 @@ from ..pixels.coverage import painted_share
 from ..pixels.paper import FULL_BOX_SHARE, flat_rim
 from ..polygons import rings_of
 from .cost import Cost
-from .region import Region
+from .region import PaintedRegion
 
 LONGER_SIDE_PIXELS = 256
 """Of the copy in which edges are found: finer edges are texture, not form."""
@@ -29,6 +29,8 @@ LEAST_CONTRAST = 8 / 255
 """Differences of colour between neighbouring pixels, below which there is no edge: noise, and smooth shading."""
 CLIPPED_QUANTILE = 0.7
 """Of the contrasts of all edges: stronger edges count as this."""
+SHADOW_ALPHA = 0.2
+"""Opacity up to which parts are shadows and glow around what a picture shows."""
 LEAST_WEIGHT = 0.15
 """Relative to the largest weight: weaker edges are ignored."""
 MOST_POINTS = 2000
@@ -58,6 +60,8 @@ COMPARED_POINTS = 800
 EDGE_ENERGY_WEIGHT = 12.0
 """Of the energy over the edges of a subject, relative to that over areas: a stretch by 1.25, from which on people call
 a subject squeezed, adds a third to the cost."""
+FACE_ENERGY_WEIGHT = 30.0
+"""The same for a picture with faces: a stretch by 1.15 adds three tenths."""
 RIMLESS_ENERGY_WEIGHT = 2.0
 """The same for a picture without margin, such as a flag, which has no outline whose proportions are known."""
 OFF_CENTRE_WEIGHT = 2.0
@@ -66,6 +70,8 @@ counts as bare: a fifth of the size counts as .08."""
 COVERED_WEIGHT = 0.4
 """Of the share of the target's outline that a subject covers, in the share that counts as bare: the target is
 recognised by its outline, so a subject is rather placed in a part of it than across parts."""
+FACE_SHARE = 0.5
+"""Of all weights of edges: that of faces together."""
 HIDDEN_WEIGHT = 2.0
 """Of edges that are not seen, relative to area."""
 PAPER_POWER = 4
@@ -90,6 +96,7 @@ class Detail:
         fills_box: whether the picture fills its box to the edge.
         canvas: the box of the target's plane that pictures show; None if it has no bounds.
         keeps_form: whether the picture is only shown on what the target paints, not on its silhouette.
+        faces: the boxes of faces, see `with_faces`.
     """
 
     points: Complex
@@ -102,6 +109,28 @@ class Detail:
     fills_box: bool = False
     canvas: Box | None = None
     keeps_form: bool = False
+    faces: tuple[Box, ...] = ()
+
+    def energy_weight(self, *, has_margin: bool) -> float:
+        """Return the weight of the energy over edges relative to that over areas: people know the proportions of a
+        face, and those of a subject with an outline, but not those of a flag.
+        """
+        if self.faces:
+            return FACE_ENERGY_WEIGHT
+        return EDGE_ENERGY_WEIGHT if has_margin else RIMLESS_ENERGY_WEIGHT
+
+    def with_faces(self, faces: Sequence[Box]) -> "Detail":
+        """Return the detail with edges in faces, which are together as important as all others."""
+        in_faces = np.zeros(self.points.size, bool)
+        for low, high in faces:
+            middle, half = (low + high) / 2, (high - low) / 2
+            away = self.points - middle
+            in_faces |= np.hypot(away.real / half.real, away.imag / half.imag) <= 1
+        shares = self.weights[in_faces].sum(), self.weights[~in_faces].sum()
+        if not min(shares) > 0:
+            return self
+        weights = np.where(in_faces, FACE_SHARE / shares[0], (1 - FACE_SHARE) / shares[1]) * self.weights
+        return replace(self, weights=weights, faces=tuple(faces))
 
     @property
     def has_paper(self) -> bool:
@@ -114,7 +143,7 @@ class Detail:
         few = np.linspace(0, self.points.size - 1, min(self.points.size, COMPARED_POINTS)).astype(int)
         return self.points[few], self.normals[few], self.weights[few]
 
-    def subject(self, painted: shapely.Geometry) -> Region:
+    def subject(self, painted: shapely.Geometry) -> PaintedRegion:
         """Return the region that does not count as paper around it.
 
         It is the convex hull of what the picture paints. A long subject, such as a word, counts at least half as wide
@@ -128,7 +157,7 @@ class Detail:
         if half != extent / 2:
             low, high = middle - half, middle + half
             hull = shapely.union(hull, shapely.box(low.real, low.imag, high.real, high.imag))
-        return Region(hull)
+        return PaintedRegion(hull)
 
     @property
     def is_empty(self) -> bool:
@@ -154,7 +183,7 @@ class Detail:
         height, width = rgba.shape[:2]
         step = complex((box[1] - box[0]).real / width, (box[1] - box[0]).imag / height)
         alpha = rgba[..., 3:]
-        is_painted = alpha[..., 0] > 0.5
+        is_painted = alpha[..., 0] > SHADOW_ALPHA
         if not is_painted.any():
             return cls(NO_POINTS, NO_POINTS, np.empty(0), box, False, on_paper, weight)
         rows, columns = (np.flatnonzero(is_painted.any(axis=axis)) for axis in (1, 0))
@@ -201,9 +230,10 @@ def _is_plain(rgba: np.ndarray, is_painted: np.ndarray) -> bool:
 
 
 def _is_cropped(rgba: np.ndarray, is_painted: np.ndarray) -> bool:
-    """Return whether a picture is cut from a larger one by a convex outline, such as a flag by a circle.
+    """Return whether a picture is cut from a larger one, such as a flag by a circle.
 
-    Its rim then has several colours, where a subject's own outline has one.
+    The outline is then a convex one that looks the same mirrored across and down, such as a circle or a rounded square,
+    and the rim has several colours, where a subject's own outline has one.
     """
     rows = np.flatnonzero(is_painted.any(axis=1))
     first = is_painted[rows].argmax(axis=1)
@@ -212,6 +242,9 @@ def _is_cropped(rgba: np.ndarray, is_painted: np.ndarray) -> bool:
     corners[:, 1] += np.tile(rows, 4)
     if is_painted.sum() < FULL_BOX_SHARE * shapely.convex_hull(shapely.MultiPoint(corners)).area:
         return False
+    box = is_painted[rows[0] : rows[-1] + 1, first.min() : last.max()]
+    if any((box != mirrored).mean() > 1 - FULL_BOX_SHARE for mirrored in (box[::-1], box[:, ::-1])):
+        return False  # such as a gem, whose facets have several colours
     inner = ndimage.binary_erosion(is_painted)
     rim = rgba[inner & ~ndimage.binary_erosion(inner, iterations=RIM_PIXELS)][:, :3]
     if not len(rim):
@@ -321,7 +354,7 @@ def cost_of_detail(
     detail: Detail,
     view: TargetView,
     *,
-    subject: Region,
+    subject: PaintedRegion,
     paper: Callable[[float], float] | None,
     balance: float = 1.0,
 ) -> Cost:
@@ -386,16 +419,16 @@ def cost_of_detail(
     turned = np.abs(np.angle(a[used]))
     leaning = float(np.average(turned, weights=seen_weights[used]))
     return Cost(
-        energy_of_form(energy, has_margin=paper is not None),
+        energy_of_form(energy, detail.energy_weight(has_margin=paper is not None)),
         hidden_cost(hidden),
         bare,
         1 + leaning / np.radians(DOUBLING_DEGREES),
     )
 
 
-def energy_of_form(energy: float, *, has_margin: bool) -> float:
+def energy_of_form(energy: float, weight: float) -> float:
     """Return the energy that counts for edges, which show every bend, for the balanced energy of a map there."""
-    return 1 + (EDGE_ENERGY_WEIGHT if has_margin else RIMLESS_ENERGY_WEIGHT) * (energy - 1)
+    return 1 + weight * (energy - 1)
 
 
 def off_centre_cost(distance: float) -> float:
@@ -439,7 +472,9 @@ def _triangles_at(points: Complex, vertices: Complex, faces: Index) -> Index:
     return np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
 
 
-def _bare(z: Complex, u: Complex, faces: Index, view: TargetView, subject: Region) -> tuple[float, float]:
+def _bare(
+    z: Complex, u: Complex, faces: Index, view: TargetView, subject: PaintedRegion
+) -> tuple[float, float]:
     """Return the shares of the target that show paper, and nothing at all."""
     w = view.spread(COMPARED_POINTS)
     number = _triangles_at(w, u, faces)

@@ -12,7 +12,7 @@ from ..plane import polygon_area
 from ..polygons import fill_holes, polygons_of, rings_of
 from .frame import Frame, frames_of
 from .mappable_holes import mappable
-from .region import Region
+from .region import PaintedRegion
 
 
 class Drawing:
@@ -62,9 +62,9 @@ class Drawing:
         return rings_of(self.painted)
 
     @cached_property
-    def region(self) -> Region:
+    def region(self) -> PaintedRegion:
         """The painted area, prepared for point queries."""
-        return Region(self.painted)
+        return PaintedRegion(self.painted)
 
     @cached_property
     def frames(self) -> list[Frame]:
@@ -99,9 +99,9 @@ class Drawing:
         return [Curve(holes[k]) for k in mappable(self.tightest.outline, holes)]
 
     @cached_property
-    def hull_region(self) -> Region:
+    def hull_region(self) -> PaintedRegion:
         """Its convex hull: the area that it may show where gaps cost nothing."""
-        return Region(shapely.convex_hull(self.painted))
+        return PaintedRegion(shapely.convex_hull(self.painted))
 
     @property
     def tightest(self) -> Frame:

@@ -63,20 +63,13 @@ class Frame:
     Attributes:
         outline: the boundary, counter-clockwise.
         radius: closing radius relative to the drawing's size; 0 for the outline of a part itself, infinite for the
-            convex hull.
+            convex hull and for any other region, such as a box.
         left_out: share of the painted area that lies outside.
     """
 
     outline: Curve
     radius: float
     left_out: float = 0.0
-
-    @property
-    def name(self) -> str:
-        """Return the degree of closing in words, for notes."""
-        if self.radius == 0:
-            return "outline"
-        return "hull" if np.isinf(self.radius) else f"gaps up to {2 * self.radius:.0%} closed"
 
 
 def frames_of(painted: shapely.Geometry) -> list[Frame]:

@@ -18,6 +18,7 @@ from skimage.measure import find_contours
 
 from ..arrays import Complex, Real, complex_of, xy_of
 from ..errors import InputError
+from ..plane import segment_distances
 from ..polygons import fill_holes, polygons_of, unite
 from .drawing import Drawing
 
@@ -196,7 +197,8 @@ def _of_level(level: Real, places: Complex, step: float) -> Drawing | None:
 def signed_distances(drawing: Drawing, grid: Complex) -> Real:
     """Return the distances of a grid's points (rows, columns) to a drawing's boundary, negative inside what it paints.
 
-    For each grid point, the nearest cells with points of the boundary give the segments to which distances are exact.
+    A distance transform finds for each grid point a boundary point in the nearest cell that has one. The distance is
+    the least one to the segments within WALKED_POINTS of that point along the boundary.
     """
     step = float(grid[0, 1].real - grid[0, 0].real)
     points, following = _boundary(drawing, step)
@@ -211,11 +213,13 @@ def signed_distances(drawing: Drawing, grid: Complex) -> Real:
     nearest = in_cell[rows, columns]
 
     distances = np.full(grid.shape, np.inf)
-    for way in (following, before):  # the middle of a cell is only near the boundary: walk along it both ways
+    # the nearest cell's point is not always the nearest: walk both ways
+    for next_point in (following, before):
         start = nearest
         for _ in range(WALKED_POINTS):
-            end = way[start]
-            np.minimum(distances, _to_segments(grid, points[start], points[end]), out=distances)
+            end = next_point[start]
+            to_segment = segment_distances(grid, points[start], points[end] - points[start])
+            np.minimum(distances, to_segment, out=distances)
             start = end
     return np.where(drawing.region.contains(grid), -distances, distances)
 
@@ -230,15 +234,6 @@ def _boundary(drawing: Drawing, spacing: float) -> tuple[Complex, np.ndarray]:
         following.append(count + np.roll(np.arange(z.size), -1))
         count += z.size
     return np.concatenate(points), np.concatenate(following)
-
-
-def _to_segments(z: Complex, a: Complex, b: Complex) -> Real:
-    """Return the distances of points to segments, one each."""
-    along = b - a
-    length = np.maximum(np.abs(along) ** 2, np.finfo(float).tiny)
-    position = np.clip(((z - a) * along.conj()).real / length, 0, 1)
-    distance: Real = np.abs(z - a - position * along)
-    return distance
 
 
 def _simplified(ring: Complex, step: float) -> shapely.LinearRing:

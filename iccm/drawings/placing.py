@@ -76,25 +76,29 @@ def largest_copy(
     (0.5, (11+1.5j))
     """
     centre = complex_of(shapely.get_coordinates(shapely.centroid(inner)))[0]
-    centred = transform_region(inner, Similarity(1.0, -centre))
-    search = _Search.of(centred, outer)
+    moved = transform_region(inner, Similarity(1.0, -centre))
+    search = _Search.of(moved, outer)
+    # 1. A raster finds places for a few sizes and rotations; the upright one and the largest copies are kept.
     angles = [rotation] if rotation is not None else _angles()
     starts = list(_starts(search, angles))  # sorted by the amount of rotation
     best_starts = dict.fromkeys(
         starts[:1] + sorted(starts, key=lambda start: -abs(start.factor))[:MOST_PLACES]
     )
-    grown = [_grow(search, start, turns=rotation is None) for start in best_starts]
+    # 2. Linear programs grow the copies, of simplified regions.
+    grown = [_grow(search, start, rotates=rotation is None) for start in best_starts]
     copies = [copy for copy in grown if copy is not None]
     if not copies:
         return None
+    # 3. Of the copies that are nearly the largest, the one with the least rotation is taken.
     least = UPRIGHT_GAIN_RATIO * max(abs(copy.factor) for copy in copies)
     large = [copy for copy in copies if abs(copy.factor) >= least]
     best = min(large, key=lambda copy: (round(abs(np.angle(copy.factor)), 3), -abs(copy.factor)))
+    # 4. It is centred where there is room, and fitted into the given regions.
     shapely.prepare(outer)
-    exact = _shrink(centred, outer, _centred(search, best))
+    exact = _shrink(moved, outer, _centre_in_room(search, best))
     if exact is None:
         return None
-    exact = _enlarge(centred, outer, exact)
+    exact = _enlarge(moved, outer, exact)
     return Similarity(exact.factor, exact.shift - exact.factor * centre)
 
 
@@ -112,16 +116,16 @@ def largest_copy_about(
     rotation
         Rotation of the copy in radians.
     """
-    centred = transform_region(inner, Similarity(1.0, -point))
+    moved = transform_region(inner, Similarity(1.0, -point))
     shapely.prepare(outer)
-    turn = complex(np.exp(1j * rotation))
+    factor = complex(np.exp(1j * rotation))
     scale = float(np.sqrt(outer.area / inner.area))
     smallest = scale * SCALE_STEP_RATIO**MOST_SCALES
-    while not _is_inside(centred, outer, Similarity(scale * turn, image)):
+    while not _is_inside(moved, outer, Similarity(scale * factor, image)):
         scale *= (3 + SCALE_STEP_RATIO) / 4
         if scale < smallest:
             return None
-    largest = _enlarge(centred, outer, Similarity(scale * turn, image))
+    largest = _enlarge(moved, outer, Similarity(scale * factor, image))
     return Similarity(largest.factor, image - largest.factor * point)
 
 
@@ -184,21 +188,21 @@ def _starts(search: _Search, angles: Sequence[float]) -> Iterator[Similarity]:
     yield Similarity(complex(np.exp(1j * angles[0]) * abs(edge - middle) / search.extent), complex(middle))
     largest = 0.0
     for angle in angles:
-        turn = complex(np.exp(1j * angle))
-        bound = _scale_bound(search, turn)
+        direction = complex(np.exp(1j * angle))
+        bound = _scale_bound(search, direction)
         for scale in bound * SCALE_STEP_RATIO ** np.arange(MOST_SCALES):
             if scale < SCALE_STEP_RATIO * largest:
                 break
-            places = list(_places(search, canvas, outside, complex(scale * turn)))
+            places = list(_places(search, canvas, outside, complex(scale * direction)))
             yield from places
             if places:
                 largest = max(largest, float(scale))
                 break
 
 
-def _scale_bound(search: _Search, turn: complex) -> float:
+def _scale_bound(search: _Search, direction: complex) -> float:
     """Return an upper bound on the scale of a copy, from the bounding boxes and the areas."""
-    copy = transform_region(search.inner, Similarity(turn, 0.0))
+    copy = transform_region(search.inner, Similarity(direction, 0.0))
     widths = np.diff(np.reshape(np.array([copy.bounds, search.outer.bounds]), (2, 2, 2)), axis=1)[:, 0]
     return float(min(*(widths[1] / widths[0]), np.sqrt(search.outer.area / copy.area)))
 
@@ -233,7 +237,7 @@ def _places(
         yield Similarity(factor, place - corner)
 
 
-def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | None:
+def _grow(search: _Search, start: Similarity, *, rotates: bool) -> Similarity | None:
     """Grow a copy from a start by linear programs; None where it lies inside at no scale."""
     current = _shrink(search.inner, search.outer, start)
     if current is None:
@@ -241,7 +245,7 @@ def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | No
     current = _enlarge(search.inner, search.outer, current)
     step = FIRST_STEP_SHARE
     for _ in range(MOST_LINEAR_PROGRAMS):
-        aim = _program(search, current, step, turns=turns)
+        aim = _program(search, current, step, rotates=rotates)
         inside = aim and _shrink(search.inner, search.outer, aim)
         if inside and abs(inside.factor) > abs(current.factor) * (1 + SCALE_PRECISION):
             current = inside
@@ -252,7 +256,7 @@ def _grow(search: _Search, start: Similarity, *, turns: bool) -> Similarity | No
     return _enlarge(search.inner, search.outer, current)
 
 
-def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> Similarity | None:
+def _program(search: _Search, copy: Similarity, step: float, *, rotates: bool) -> Similarity | None:
     """Return the copy after one linear program.
 
     The program maximizes the scale while boundary points stay on their side of the nearest boundary. All motions are
@@ -281,7 +285,7 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
 
     # changes: relative scale, rotation in radians, translation in units of the extent
     rows = np.column_stack([towards(arm), towards(1j * arm), extent * n.real, extent * n.imag])
-    bounds = [(-step, step), (-step, step) if turns else (0, 0), (-step, step), (-step, step)]
+    bounds = [(-step, step), (-step, step) if rotates else (0, 0), (-step, step), (-step, step)]
     solution = linprog([-1, 0, 0, 0], A_ub=rows / extent, b_ub=towards(y - x) / extent, bounds=bounds)
     if solution.x is None:
         return None
@@ -290,7 +294,7 @@ def _program(search: _Search, copy: Similarity, step: float, *, turns: bool) -> 
     return Similarity(factor, copy.shift + extent * complex(right, up))
 
 
-def _centred(search: _Search, copy: Similarity) -> Similarity:
+def _centre_in_room(search: _Search, copy: Similarity) -> Similarity:
     """Shrink a copy slightly, and centre it in the horizontal and vertical room around it where there is much."""
     smaller = Similarity(CENTRING_RATIO * copy.factor, copy.shift)
     if not _is_inside(search.inner, search.outer, smaller):

@@ -11,7 +11,7 @@ FEW_PARTS = 64
 fast for a few parts; but the letters of a line of text all have the same y."""
 
 
-class Region:
+class PaintedRegion:
     """A region with its area, prepared for queries.
 
     Parameters

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Complex, Index, Real
-from .region import Region
+from .region import PaintedRegion
 
 EDGE_SUBDIVISIONS = 3
 """Subdivisions of a triangle's edge: each triangle is sampled at the centroids of EDGE_SUBDIVISIONS² equal parts."""
@@ -27,10 +27,10 @@ def visible_shares(
     z: Complex,
     u: Complex,
     faces: Index,
-    source: Region,
-    target: Region,
+    source: PaintedRegion,
+    target: PaintedRegion,
     *,
-    covering: Region | None,
+    covering: PaintedRegion | None,
     subdivision: int = EDGE_SUBDIVISIONS,
 ) -> VisibleShares:
     """Measure the visible share of each triangle; arguments as for `cost.cost_of`."""

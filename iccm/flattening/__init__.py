@@ -14,6 +14,7 @@ segmentation   pieces divided into charts, so that all of each gets a place
 whole          all pieces of a mesh, packed side by side
 charts         the charts of a mesh's own texture coordinates as flattenings
 unfolding      cut a hard surface into nets: rigid unfoldings of its flat faces along the fewest and shortest seams
+bisection      divide a surface in two where both halves are flatter, along a short seam
 """
 
 from .method import METHODS, convex, even_layout, flatten

@@ -10,7 +10,7 @@ from ..arrays import Complex, Flags, Index, Real, complex_of, distinct_rows, xy_
 from ..errors import InputError
 from ..meshes.disk_patch import split_non_manifold
 from ..meshes.flatten import Flattening, overlap
-from ..meshes.layout import turns
+from ..meshes.layout import doubled_areas
 from ..meshes.mesh import Mesh, check, proper, triangulate
 from ..meshes.patch import Patch
 from ..meshes.rasterise import rasterise
@@ -86,7 +86,7 @@ class Atlas:
         has_uv = _has_coordinates(mesh, mesh.uv, mesh.uv_corners, corner)
         notes = _left_out(int((~has_uv).sum()), "texture coordinates")
         corner = corner[has_uv]
-        area = turns(mesh.uv[mesh.uv_corners[corner]])
+        area = doubled_areas(mesh.uv[mesh.uv_corners[corner]])
         notes += _left_out(int((area == 0).sum()), "an area in the layout")
         corner = corner[area != 0]
         # pairs of indices first: there are few of them, and sorting whole numbers is fast
@@ -102,7 +102,7 @@ class Atlas:
                 "with iccm flatten --uv"
             )
         shape = Triangles(faces[whole], distinct.size)
-        uv, flipped = _turn_slips(shape, rows[distinct, 3:])
+        uv, flipped = _flip_slips(shape, rows[distinct, 3:])
         notes += (
             [f"{flipped} triangles that fold over by less than rounding in the layout are flipped"]
             if flipped
@@ -111,23 +111,23 @@ class Atlas:
         return cls(mesh, shape, vertex[first][distinct], uv, corner[whole], tuple(notes))
 
     @cached_property
-    def turn(self) -> Real:
+    def doubled_areas(self) -> Real:
         """(m,) twice the signed areas of the triangles in the layout, negative where it shows their backs."""
-        return turns(self.uv[self.shape.faces])
+        return doubled_areas(self.uv[self.shape.faces])
 
     @cached_property
     def _label(self) -> Index:
         """(m,) the chart of each triangle, in arbitrary order."""
-        return _unfolded(self.shape, self.turn)
+        return _unfolded(self.shape, self.doubled_areas)
 
     @cached_property
     def areas(self) -> Real:
         """(k,) areas of the charts in the layout."""
-        return np.bincount(self._label, np.abs(self.turn))[self._order] / 2
+        return np.bincount(self._label, np.abs(self.doubled_areas))[self._order] / 2
 
     @cached_property
     def _order(self) -> Index:
-        return np.argsort(-np.bincount(self._label, np.abs(self.turn)), kind="stable")
+        return np.argsort(-np.bincount(self._label, np.abs(self.doubled_areas)), kind="stable")
 
     @cached_property
     def _sorted(self) -> tuple[Index, Index]:
@@ -162,7 +162,7 @@ class Atlas:
 
     def mirrored(self, number: int) -> bool:
         """Return whether the layout shows the backs of a chart's faces, weighted by area."""
-        return float(self.turn[self.triangles(number)].sum()) < 0
+        return float(self.doubled_areas[self.triangles(number)].sum()) < 0
 
     def shared(self, number: int) -> float:
         """Return the share of a chart that other charts overlap, measured on a coarse grid; 0 below a hundredth."""
@@ -188,7 +188,7 @@ class Atlas:
         """
         triangles, tile, mirrored = self.triangles(number), self.tile(number), self.mirrored(number)
         mirror = (tile.real + 0.5) * aspect if mirrored else None
-        front = (self.turn[triangles] < 0) == mirrored
+        front = (self.doubled_areas[triangles] < 0) == mirrored
         is_reversed = ~front[:, None]
         faces = np.where(is_reversed, self.shape.faces[triangles][:, ::-1], self.shape.faces[triangles])
         corner = np.where(is_reversed, self.corner[triangles][:, ::-1], self.corner[triangles])
@@ -214,48 +214,48 @@ class Atlas:
         return LaidOut(flattening, tile, mirror)
 
 
-def _unfolded(shape: Triangles, turn: Real) -> Index:
+def _unfolded(shape: Triangles, areas: Real) -> Index:
     """Label the pieces (m,) of a layout: triangles on both sides of an edge where it does not fold belong together."""
-    first, second = _across(shape, turn)[0].T
+    first, second = _across(shape, areas)[0].T
     return labels(first, second, len(shape.faces))
 
 
-def _across(shape: Triangles, turn: Real) -> tuple[Index, Index]:
+def _across(shape: Triangles, areas: Real) -> tuple[Index, Index]:
     """Return pairs of triangles that share an edge: (e, 2) where the layout does not fold, and (f, 2) where it does."""
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
     opposite = shape.twin[half]
-    alike = (turn[half // 3] > 0) == (turn[opposite // 3] > 0)
+    alike = (areas[half // 3] > 0) == (areas[opposite // 3] > 0)
     against = shape.tail[half] == shape.tail[opposite]  # wound in opposite directions
     joined = alike != against
     ends = np.column_stack([half // 3, opposite // 3])
     return ends[joined], ends[~joined & ~against]
 
 
-def _turn_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
+def _flip_slips(shape: Triangles, uv: Real) -> tuple[Real, int]:
     """Flip slips by small moves; return coordinates (p, 2) and the number of flipped triangles.
 
     A slip is a tiny part of a chart that folds back, by rounding. If it cannot be flipped by moving vertices by less
     than MOST_MOVED_SHARE, or there are too many, nothing is changed.
     """
-    turn = turns(uv[shape.faces])
-    joined, folds = _across(shape, turn)
+    areas = doubled_areas(uv[shape.faces])
+    joined, folds = _across(shape, areas)
     if not folds.size:
         return uv, 0
     first, second = joined.T
     piece = labels(first, second, len(shape.faces))
-    area = np.bincount(piece, np.abs(turn))
+    area = np.bincount(piece, np.abs(areas))
     directed = np.concatenate([folds, folds[:, ::-1]])
     small = directed[area[piece[directed[:, 0]]] < SLIP_AREA_SHARE * area[piece[directed[:, 1]]]]
-    signs = np.sign(turn)
+    signs = np.sign(areas)
     for slip, neighbour in small:
-        signs[piece == piece[slip]] = np.sign(turn[neighbour])
-    slips = np.flatnonzero(signs != np.sign(turn))
+        signs[piece == piece[slip]] = np.sign(areas[neighbour])
+    slips = np.flatnonzero(signs != np.sign(areas))
     if not 0 < slips.size <= MOST_SLIPS:
         return uv, 0
     nearby = np.flatnonzero(np.isin(shape.faces, shape.faces[slips]).any(axis=1))
     new_uv = _kaczmarz(shape.faces[nearby], signs[nearby], uv)
     size = np.linalg.norm(np.ptp(uv, axis=0))
-    good = (np.sign(turns(new_uv[shape.faces])) == signs).all() and np.abs(
+    good = (np.sign(doubled_areas(new_uv[shape.faces])) == signs).all() and np.abs(
         new_uv - uv
     ).max() < MOST_MOVED_SHARE * size
     return (new_uv, int(slips.size)) if good else (uv, 0)
@@ -267,7 +267,8 @@ def _kaczmarz(faces: Index, signs: Real, uv: Real) -> Real:
     corner = z[faces]
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
     least = SLIP_HEIGHT_SHARE * size * longest
-    least = np.where(signs * turns(uv[faces]) > 0, np.minimum(least, signs * turns(uv[faces]) / 2), least)
+    areas = signs * doubled_areas(uv[faces])
+    least = np.where(areas > 0, np.minimum(least, areas / 2), least)
     for _ in range(SLIP_ROUNDS):
         short = False
         for face, sign, goal in zip(faces, signs, least):
@@ -292,7 +293,7 @@ def separate_boundaries(shape: Triangles, flat: Complex) -> Complex:
     corner = flat[shape.faces[touching]]
     middle = np.repeat(corner.mean(axis=1), 3)
     longest = np.abs(corner - np.roll(corner, 1, axis=1)).max(axis=1)
-    height = 2 * np.abs(triangle_areas(corner)) / longest
+    height = 2 * np.abs(triangle_areas(corner)) / np.maximum(longest, 1e-300)
     into, room = np.zeros(flat.size, complex), np.full(flat.size, np.inf)
     outward = middle - corner.ravel()
     np.add.at(into, shape.faces[touching].ravel(), outward / np.maximum(np.abs(outward), 1e-300))

@@ -146,7 +146,9 @@ def by_coarser(
     new_u = u.copy()
     new_u[vertices] = solve(surface(points[vertices], faces), vertices)
     unit = with_unit_area(points, sheet.faces)
-    better = put_back(removed, unit, theta, new_u) and sheet.energy(new_u, theta) < sheet.energy(u, theta)
+    better = reinsert_vertices(removed, unit, theta, new_u) and sheet.energy(new_u, theta) < sheet.energy(
+        u, theta
+    )
     return new_u if better else u
 
 
@@ -254,7 +256,7 @@ def _stars(faces: Index, count: int) -> tuple[Index, Index]:
     return starts, corners // 3
 
 
-def put_back(
+def reinsert_vertices(
     removed: Removed, points: Real, theta: float, u: Complex, *, q: float = 1.0, share: float = SOURCE_AREA
 ) -> bool:
     """Restore the positions of removed vertices, the last one first; return False where one has no place.

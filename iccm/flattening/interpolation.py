@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Complex, Real
-from ..balanced.model.measures import turn_of
+from ..balanced.model.measures import mean_rotation
 from ..errors import InputError
 from ..maps.triangulated.map import TriangulatedMap, without_bulges
 from ..maps.triangulated.simple import fault
@@ -29,7 +29,7 @@ SCAFFOLD_STEPS = 100  # most steps where a shape would overlap itself
 
 
 def morph(
-    fit: Fit, shares: Sequence[float], *, placed: tuple[complex, complex] = (1, 0)
+    fit: Fit, shares: Sequence[float] | Real, *, placed: tuple[complex, complex] = (1, 0)
 ) -> Iterator[TriangulatedMap]:
     """Yield maps of the source onto shapes between source and target, without folds or overlaps.
 
@@ -62,11 +62,13 @@ def morph(
     return _between(map, placed[0] * map.source + placed[1], shares)
 
 
-def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> Iterator[TriangulatedMap]:
+def _between(
+    map: TriangulatedMap, begin: Complex, shares: Sequence[float] | Real
+) -> Iterator[TriangulatedMap]:
     corners = begin[map.faces]
     jacobian = linear(corners, map.image[map.faces])
     corners = corners - corners[:, :1]
-    turn = turn_of(begin, map.image, map.faces)
+    rotation = mean_rotation(begin, map.image, map.faces)
     sheet, u = Elastic.of(map.faces, corners), begin
     for share in shares:
         if share >= 1:
@@ -86,8 +88,8 @@ def _between(map: TriangulatedMap, begin: Complex, shares: Sequence[float]) -> I
             relaxed = relax_with_scaffold(
                 sheet, start, list(map.loops), 1.0, range(SCAFFOLD_STEPS), LEAST_DECREASE
             )
-        goal = _blend(begin, map.image, share, turn)
-        relaxed = (relaxed - relaxed.mean()) * size * np.exp(1j * turn_of(relaxed, goal, map.faces))
+        goal = _blend(begin, map.image, share, rotation)
+        relaxed = (relaxed - relaxed.mean()) * size * np.exp(1j * mean_rotation(relaxed, goal, map.faces))
         u = relaxed + (1 - share) * begin.mean() + share * map.image.mean()
         yield replace(map, image=u, bulge=None)
 
@@ -101,9 +103,9 @@ def _power(jacobian: Linear, share: float) -> tuple[Real, Complex]:
     return 0.5 * (most + least), 0.5 * (most - least) * along
 
 
-def _blend(a: Complex, b: Complex, share: float, turn: float) -> Complex:
+def _blend(a: Complex, b: Complex, share: float, rotation: float) -> Complex:
     """Return (n,) the interpolation between both ends, each rotated by its share of the total rotation.
 
     Shapes in between are rotated to match it.
     """
-    return (1 - share) * a * np.exp(1j * share * turn) + share * b * np.exp(-1j * (1 - share) * turn)
+    return (1 - share) * a * np.exp(1j * share * rotation) + share * b * np.exp(-1j * (1 - share) * rotation)

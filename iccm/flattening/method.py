@@ -2,16 +2,19 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from ..arrays import Complex, Index, Real, at_vertices
+from ..deadline import ends_search
 from ..errors import InputError
 from ..meshes.cut import extend_cut
 from ..meshes.flatten import Flattening, lscm, overlap, upright
+from ..meshes.mesh import with_unit_area
 from ..meshes.patch import Patch, patch_of
 from . import seams, tutte
-from .coarsening import by_coarser, coarser_layout, same_loop, smooth
+from .coarsening import NONE, by_coarser, coarser_layout, much_coarser, reinsert_vertices, same_loop, smooth
 from .free import LARGE_VERTEX_COUNT, Elastic, surface
 from .multigrid import HUGE_VERTEX_COUNT, nearly_relaxed, relaxed, relaxed_from_coarsest
 from .opening import open_up
@@ -43,15 +46,19 @@ CONTINUATION_THETAS = 0.1, 0.01
 """θ on the way from even to conformal: Newton's method does not converge from an even layout at 0 directly."""
 
 
+Purpose = Literal["domain", "texture", "solver"]
+"""What the plane of a layout is for."""
+
+
 def flatten(
     patch: Patch,
     *,
     loop: int = 1,
     grow: bool = False,
     method: str = "conformal",
-    chart: bool = False,
+    purpose: Purpose = "domain",
     joins: bool = False,
-    hidden: bool = False,
+    stretch: float | None = None,
 ) -> Flattening:
     """Flatten a patch into the plane.
 
@@ -62,11 +69,14 @@ def flatten(
         method: one of METHODS. "conformal": one-to-one; least squares (LSCM) where the patch is open and that is
             one-to-one, else the conformal limit of "balanced". "lscm": plain least squares, which may fold.
             "balanced": the one-to-one layout of least symmetric Dirichlet energy.
-        chart: whether the layout only carries textures. Then a growing seam may join holes, and is lengthened until
-            angles are preserved.
+        purpose: "domain" if shapes are mapped in the plane of the layout; "texture" if it only carries textures, so
+            that a growing seam may join holes, and is lengthened until angles are preserved; "solver" if it is only a
+            plane in which balanced maps are found. That of a large patch then stays nearly even where "conformal" would
+            continue to a conformal one.
         joins: whether a growing seam may run into holes where that helps; these become part of the outline.
-        hidden: whether the layout is only a plane in which balanced maps are found. That of a large patch then stays
-            nearly even where "conformal" would continue to a conformal one.
+        stretch: 95th percentile of the stretch of an even layout from which a seam is lengthened, if it may grow, also
+            into surfaces that are open; None for a default, with which open surfaces are cut only where their scale
+            would vary by orders of magnitude.
 
     Raises:
         InputError: there is no such loop, least squares have no solution, or no flattening without overlap was
@@ -84,28 +94,32 @@ def flatten(
                 f"{name}: LSCM has no solution, because some faces have no area; use another method"
             )
         return exact
-    if method == "balanced" and (layout := _even_from_coarsest(patch, loop, grow)):
+    may_join = joins or purpose == "texture"
+    if method == "balanced" and (layout := _even_from_coarsest(patch, loop, grow, may_join, stretch)):
         return layout
     outline, has_seam = patch.loops[loop - 1], grow and len(patch.seam) > 0
-    if hidden and has_seam and len(patch.points) >= LARGE_VERTEX_COUNT:
+    if purpose == "solver" and has_seam and len(patch.points) >= LARGE_VERTEX_COUNT:
         # with a seam that is still too short, least squares are too far from even to start from them
-        return _nearly_even(patch, outline, True, chart or joins, None)
+        return _nearly_even(patch, outline, True, may_join, None)
     plain = _least_squares(patch, loop, False)
     fault = overlap(plain)
     # a cut surface has many layouts with little distortion of angles: choose one with even areas
-    growing = has_seam or (grow and _needs_seam(plain, fault))
-    joins = growing and (chart or joins)
+    growing = has_seam or (grow and (stretch is not None or _needs_seam(plain, fault)))
+    joins = growing and may_join
     sound = plain if fault is None else None
+    most = STRETCHED_P95 if stretch is None else stretch
     if method == "balanced":
-        return _check(_even_with_seam(patch, outline, growing, joins, sound)[0])
+        return _check(_even_with_seam(patch, outline, growing, joins, sound, most)[0])
     if fault is None and not growing:
         return plain
-    if hidden and len(patch.points) >= LARGE_VERTEX_COUNT:
+    if purpose == "solver" and len(patch.points) >= LARGE_VERTEX_COUNT:
         layout = _nearly_even(patch, outline, growing, joins, sound)
     else:
-        layout = _conformal(*_even_with_seam(patch, outline, growing, joins, sound))
-        layout = _check(_lengthen_seam(layout) if growing and chart else layout)
-    notes = () if fault is None or hidden else (f"LSCM produced {fault}; another method was used",)
+        layout = _conformal(*_even_with_seam(patch, outline, growing, joins, sound, most))
+        layout = _check(_lengthen_seam(layout) if growing and purpose == "texture" else layout)
+    notes = (
+        () if fault is None or purpose == "solver" else (f"LSCM produced {fault}; another method was used",)
+    )
     return replace(layout, notes=notes)
 
 
@@ -160,14 +174,24 @@ def _needs_seam(plain: Flattening, fault: str | None) -> bool:
     return fault is not None or _spread(plain) > EVEN_AREA_SPREAD
 
 
-def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | None:
+def _even_from_coarsest(
+    patch: Patch, loop: int, grow: bool, joins: bool, stretch: float | None
+) -> Flattening | None:
     """Return the even layout of a huge patch without factorising a matrix of all its vertices, where that succeeds.
 
-    Returns None where that is not the case, and where the seam has to grow; arguments are as for `flatten`.
+    Returns None where that is not the case; arguments are as for `flatten`.
     """
-    if len(patch.points) < HUGE_VERTEX_COUNT or (grow and len(patch.seam)):
+    if len(patch.points) < HUGE_VERTEX_COUNT:
         return None
     outline = patch.loops[loop - 1]
+    growing = grow and (len(patch.seam) > 0 or stretch is not None)
+    if growing:
+        lengthened = _lengthened_by_coarser(
+            patch, outline, joins, STRETCHED_P95 if stretch is None else stretch
+        )
+        if lengthened is None:
+            return None
+        patch, outline = lengthened
 
     def start(vertices: Index, points: Real, faces: Index) -> Complex | None:
         coarse = patch_of(patch.mesh.name, points, faces)
@@ -176,7 +200,7 @@ def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | Non
             return None
         plain = Flattening(coarse, upright(coarse, lscm(coarse, coarse_outline)), coarse_outline, "lscm")
         fault = overlap(plain)
-        if grow and _needs_seam(plain, fault):
+        if grow and not growing and _needs_seam(plain, fault):
             return None
         return _unit(plain if fault is None else _start(coarse, coarse_outline))
 
@@ -184,11 +208,59 @@ def _even_from_coarsest(patch: Patch, loop: int, grow: bool) -> Flattening | Non
     if u is None:
         return None
     layout = Flattening(patch, upright(patch, u), outline, "balanced")
-    return layout if overlap(layout) is None else None
+    return layout if overlap(layout) is None else _apart_from_coarser(layout)
+
+
+def _apart_from_coarser(layout: Flattening) -> Flattening | None:
+    """Return a nearly even layout of a huge patch that does not overlap itself as `layout` does, or None.
+
+    It is found with a scaffold on a coarser triangulation that has all of the boundary, so that the fine one does not
+    overlap itself, either.
+    """
+    patch, rings = layout.patch, _rings(layout)
+    small = much_coarser(patch.points, patch.faces, None, HUGE_VERTEX_COUNT, np.concatenate(rings))
+    if small is None:
+        return None
+    vertices, faces, removed = small
+    coarse = patch_of(patch.mesh.name, patch.points[vertices], faces)
+    coarse_rings = [np.searchsorted(vertices, ring) for ring in rings]
+    sheet, steps = surface(coarse.points, faces), range(SCAFFOLD_STEPS)
+    start = _unit(_start(coarse, coarse_rings[0]))
+    u = np.zeros(len(patch.points), complex)
+    u[vertices] = relax_with_scaffold(sheet, start, coarse_rings, 1.0, steps, LEAST_DECREASE_OF_SEAMS)
+    unit = with_unit_area(patch.points, patch.faces)
+    if not reinsert_vertices(removed, unit, 1.0, u):
+        return None
+    rim = np.zeros(u.size, bool)
+    rim[np.concatenate(rings)] = True
+    smooth(patch.faces, unit, rim, SWEEPS, 1.0, u)
+    apart = _place(layout, u)
+    return apart if overlap(apart) is None else None
+
+
+def _lengthened_by_coarser(
+    patch: Patch, outline: Index, joins: bool, stretch: float
+) -> tuple[Patch, Index] | None:
+    """Return a huge patch with a seam that is long enough on a coarser triangulation, and its outline; None without it.
+
+    Arguments are as for `_even_with_seam`.
+    """
+    small = much_coarser(patch.points, patch.faces, None, HUGE_VERTEX_COUNT, NONE)
+    if small is None:
+        return None
+    vertices, faces, _ = small
+    coarse = patch_of(patch.mesh.name, patch.points[vertices], faces)
+    coarse_outline = same_loop(coarse, vertices, outline)
+    if coarse_outline is None:
+        return None
+    ends = _with_seam(_start(coarse, coarse_outline), joins, stretch)[2]
+    placeless = Flattening(patch, np.zeros(len(patch.points), complex), outline, "balanced")
+    lengthened = seams.lengthened(placeless, vertices[ends].tolist(), joins)
+    return lengthened, lengthened.loop_of(patch, outline)
 
 
 def _even_with_seam(
-    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None
+    patch: Patch, outline: Index, growing: bool, joins: bool, sound: Flattening | None, stretch: float
 ) -> tuple[Flattening, Elastic]:
     """Return the even layout with a long enough seam, and the surface on which it was found.
 
@@ -198,12 +270,13 @@ def _even_with_seam(
         growing: whether the seam may be lengthened.
         joins: whether it may run into holes.
         sound: a layout of this patch without folds or overlaps, used as the start if it is close enough.
+        stretch: 95th percentile of the stretch from which the seam is too short.
     """
     start = _first_layout(patch, outline, growing, sound)
     if not growing:
         sheet = surface(patch.points, patch.faces)
         return _relax(start, sheet, 1.0), sheet
-    result, sheet, _ = _with_seam(start, joins)
+    result, sheet, _ = _with_seam(start, joins, stretch)
     return _relax(result, sheet, 1.0), sheet
 
 
@@ -216,7 +289,7 @@ def _nearly_even(
         InputError: none without overlap was found.
     """
     start = _first_layout(patch, outline, growing, sound)
-    result, sheet, _ = _with_seam(start, joins) if growing else _roughly(start)
+    result, sheet, _ = _with_seam(start, joins, STRETCHED_P95) if growing else _roughly(start)
     if overlap(result) is None:
         return result
     u = _apart(result, sheet, 1.0, range(SCAFFOLD_STEPS))
@@ -238,16 +311,16 @@ def _first_layout(patch: Patch, outline: Index, growing: bool, sound: Flattening
     return replace(sound, method="balanced") if sound and is_near else _start(patch, outline)
 
 
-def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, list[int]]:
+def _with_seam(start: Flattening, joins: bool, stretch: float) -> tuple[Flattening, Elastic, list[int]]:
     """Return a nearly even layout with a long enough seam, its surface, and the vertices that the seam was extended to.
 
     Seams of large surfaces are found on a coarser triangulation first. On others, extensions are dropped again that are
     not needed with those that came later. `start` is a layout without folds; there are at most SEAM_ROUNDS extensions.
     """
     small = coarser_layout(start, COARSE_SEAM_VERTICES)
-    ends = [] if small is None else small[1][_with_seam(small[0], joins)[2]].tolist()
+    ends = [] if small is None else small[1][_with_seam(small[0], joins, stretch)[2]].tolist()
     result, sheet, _ = _roughly(_cut_to(start, ends, joins))
-    while len(ends) < SEAM_ROUNDS and result.strained(95) >= STRETCHED_P95:
+    while len(ends) < SEAM_ROUNDS and result.strained(95) >= stretch and not ends_search():
         trials = []
         for end in seams.ends(result, joins):
             further = result.cut_further(seams.lengthened(result, [end], joins))
@@ -257,10 +330,10 @@ def _with_seam(start: Flattening, joins: bool) -> tuple[Flattening, Elastic, lis
             break
         result, sheet, _, end = min(trials, key=lambda trial: trial[2])
         ends.append(end)
-    for end in ends[:-1] if small is None else []:
+    for end in ends[:-1] if small is None and not ends_search() else []:
         remaining_ends = [shorter for shorter in ends if shorter != end]
         shorter, its_sheet, _ = _roughly(_cut_to(start, remaining_ends, joins))
-        if shorter.strained(95) <= max(STRETCHED_P95, result.strained(95)):
+        if shorter.strained(95) <= max(stretch, result.strained(95)):
             result, sheet, ends = shorter, its_sheet, remaining_ends
     return result, sheet, ends
 

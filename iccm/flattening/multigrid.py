@@ -26,7 +26,7 @@ from .coarsening import (
     gradient,
     interpolate,
     much_coarser,
-    put_back,
+    reinsert_vertices,
     restrict,
     smooth,
 )
@@ -104,7 +104,7 @@ def nearly_relaxed(
         surface(points[vertices], coarse), points[vertices], u[vertices], theta, steps, tolerance
     )
     unit = with_unit_area(points, faces)
-    return new_u if put_back(removed, unit, theta, new_u) else None
+    return new_u if reinsert_vertices(removed, unit, theta, new_u) else None
 
 
 def _by_multigrid(
@@ -229,7 +229,7 @@ class Grid:
         if not grid.solve_coarsest_first(steps, tolerance):
             return False
         self.u[vertices] = grid.u
-        return put_back(removed, self.points, self.theta, self.u)
+        return reinsert_vertices(removed, self.points, self.theta, self.u)
 
     def converge(self, energy: float) -> bool:
         """Cycle until little is gained, given the energy; return whether that was reached."""

@@ -37,8 +37,9 @@ def flatten(
         InputError: The mesh is not a surface that can be flattened; the message gives the reason and a remedy.
 
     Examples:
+        >>> import iccm
         >>> points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0.5], [0, 1, 0]])
-        >>> flat = flatten(points, [[0, 1, 2], [0, 2, 3]])
+        >>> flat = iccm.flatten(points, [[0, 1, 2], [0, 2, 3]])
         >>> flat.flat.shape
         (4,)
     """

@@ -24,27 +24,31 @@ PATHS_AT_ONCE = 3  # paths added per round for angles
 RELIEVED_SHARE = 0.3  # factor on the dilatation beside a new path, which the path relieves
 
 
-class Ways(NamedTuple):
-    """Shortest paths from some vertices: (n,) lengths, and the vertex before each, negative at the sources."""
+class ShortestPaths(NamedTuple):
+    """Shortest paths to all vertices from the nearest of some sources.
 
-    reach: Real
-    before: Index
+    Attributes:
+        lengths: (n,) their lengths.
+        predecessors: (n,) the vertex before each one on its path, negative at the sources.
+    """
+
+    lengths: Real
+    predecessors: Index
 
     @classmethod
-    def of(cls, patch: Patch, sources: Index, joins: bool) -> "Ways":
+    def of(cls, patch: Patch, sources: Index, joins: bool) -> "ShortestPaths":
         """Find the shortest paths from `sources`."""
-        return cls(*patch.triangles.paths(patch.points, sources, patch.drawn, rims=not joins))
+        return cls(*patch.paths(sources, rims=not joins))
 
-    def summed(self, values: Real) -> Real:
+    def sum_along(self, values: Real) -> Real:
         """Return (n,) sums of values (n,) along each path, including its end but not its source."""
-        start = self.before < 0
-        total, predecessors = (
-            np.where(start, 0.0, values),
-            np.where(start, np.arange(start.size), self.before),
-        )
-        while not start[predecessors].all():
-            total, predecessors = total + total[predecessors], predecessors[predecessors]
-        return total
+        is_source = self.predecessors < 0
+        sums = np.where(is_source, 0.0, values)
+        before = np.where(is_source, np.arange(is_source.size), self.predecessors)
+        # Pointer jumping: each round doubles the length of the part of a path that is summed.
+        while not is_source[before].all():
+            sums, before = sums + sums[before], before[before]
+        return sums
 
 
 def ends(result: Flattening, joins: bool) -> Iterator[int]:
@@ -55,21 +59,21 @@ def ends(result: Flattening, joins: bool) -> Iterator[int]:
     stretched vertex instead, seams were found that helped less.
     """
     patch, sources = result.patch, _sources(result, joins)
-    strain = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
+    stretch = at_vertices(np.log(result.strain), patch.faces, len(patch.points))
     for _ in range(SEAMS_TRIED):
-        ways = Ways.of(patch, sources, joins)
-        end = int(np.argmax(strain * np.where(np.isfinite(ways.reach), ways.reach, 0)))
-        if not 0 < ways.reach[end] < np.inf:
+        paths = ShortestPaths.of(patch, sources, joins)
+        end = int(np.argmax(stretch * np.where(np.isfinite(paths.lengths), paths.lengths, 0)))
+        if not 0 < paths.lengths[end] < np.inf:
             return
         yield end
-        sources = np.union1d(sources, walk(ways.before, end))
+        sources = np.union1d(sources, walk(paths.predecessors, end))
 
 
 def lengthened(result: Flattening, ends: Iterable[int], joins: bool) -> Patch:
     """Return the patch with its seam extended to the given vertices by shortest paths, one after another."""
     sources, paths = _sources(result, joins), []
     for end in ends:
-        paths.append(walk(Ways.of(result.patch, sources, joins).before, end))
+        paths.append(walk(ShortestPaths.of(result.patch, sources, joins).predecessors, end))
         sources = np.union1d(sources, paths[-1])
     return cut_along(result.patch, paths)
 
@@ -83,7 +87,7 @@ def sharper(result: Flattening) -> Patch:
     patch = result.patch
     inner = np.ones(len(patch.points), bool)
     inner[np.concatenate(patch.loops)] = False
-    convex = inner & (turns(patch) < 2 * np.pi)
+    convex = inner & (angle_sums(patch) < 2 * np.pi)
     dilated = np.where(inner, _log_dilatation(result), 0.0)
     reached = np.zeros(inner.size, bool)
     reached[result.loop] = True
@@ -109,7 +113,7 @@ def _sums(faces: Index, values: Real) -> Real:
     return sums
 
 
-def turns(patch: Patch) -> Real:
+def angle_sums(patch: Patch) -> Real:
     """Return (n,) angle sums at the vertices: 2π where the surface is flat, less at a tip."""
     return _sums(patch.faces, face_angles(patch.points[patch.faces]).ravel())
 
@@ -123,7 +127,8 @@ def _log_dilatation(result: Flattening) -> Real:
 
 def _worthwhile(patch: Patch, sources: Index, dilated: Real, ends: Flags) -> list[int]:
     """Return the path from `sources` to one of the vertices marked in `ends` (n,) with the largest merit."""
-    ways = Ways.of(patch, sources, joins=True)
-    reachable = ends & (ways.reach > 0) & np.isfinite(ways.reach)
-    reach = np.where(reachable, ways.reach, 1.0)
-    return walk(ways.before, int(np.argmax(np.where(reachable, ways.summed(dilated) / np.sqrt(reach), -1.0))))
+    paths = ShortestPaths.of(patch, sources, joins=True)
+    reachable = ends & (paths.lengths > 0) & np.isfinite(paths.lengths)
+    lengths = np.where(reachable, paths.lengths, 1.0)
+    merits = np.where(reachable, paths.sum_along(dilated) / np.sqrt(lengths), -1.0)
+    return walk(paths.predecessors, int(np.argmax(merits)))

@@ -1,8 +1,10 @@
 """Divide a piece of a mesh into charts: the shortest seams within a bound of distortion, and a place for every face.
 
 One chart has the shortest seams. A hard surface that it distorts beyond the bound is cut into nets (see `unfolding`),
-which are shorter than they could be where long ones would leave most of a texture empty; an organic surface stays one
-chart. What does not flatten is split in two, and each half again, to single triangles if need be.
+which are shorter than they could be where long ones would leave most of a texture empty. Of an organic surface the seam
+is lengthened, and charts that are distorted beyond its bound are split in two (see `bisection`), and each half again.
+So is what does not flatten, to single triangles if need be. Seams that are given stay, and no others are made except
+where a part does not flatten.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,6 +17,7 @@ import shapely
 from ..arrays import Complex, Flags, Index, Real, complex_of, xy_of
 from ..deadline import TimeUp, ends_search
 from ..errors import InputError
+from ..meshes.borders import marked_edges
 from ..meshes.disk_patch import open_piece, split_non_manifold
 from ..meshes.flatten import Flattening, overlap, upright, weighted_percentiles
 from ..meshes.patch import Patch
@@ -22,6 +25,7 @@ from ..meshes.stretch import laid_flat
 from ..meshes.topology import Triangles
 from ..plane import polygon_area
 from ..sorting import grouped
+from .bisection import halves
 from .charts import separate_boundaries
 from .method import convex, flatten
 from .unfolding import Faceted
@@ -29,14 +33,22 @@ from .unfolding import Faceted
 Charts = Literal["auto", "one"]
 MAX_DISTORTION = 1.1
 """Default bound of the distortion of hard surfaces: checks that are longer by a tenth look square."""
+MAX_ORGANIC_DISTORTION = 1.5
+"""The same for organic surfaces, which need long seams for less."""
+STRETCH_OF_DISTORTION = 0.75
+"""Stretch beyond 1 of layouts relative to their distortion beyond 1: 0.37 with a distortion of 1.49, 0.32 with 1.39."""
+LEAST_DECREASE_SHARE = 0.02
+"""Share of its distortion by which splitting a chart must be better; noise of a scan cannot be flattened by it."""
+MOST_CHARTS = 64
+"""Charts of an organic surface from which none is split because of its distortion."""
 LEAST_HARD_SHARE = 0.5
 """Share of the area in flat and other developable parts from which a surface is hard."""
-LONGEST_CHART_SIDES = (np.inf, 2.5, 1.5)
+LONGEST_CHART_SIDES = (np.inf, 2.5, 1.5, 1.0)
 """Diagonals of nets that are compared, in sides of a square of the surface's area: charts that are longer or wider
 waste texture, such as the strip of a gear's teeth."""
 USUAL_TEXTURE_SHARE = 2.0
 """Area of a texture relative to the surface's that counts as no waste: half of a packed texture is often empty."""
-SEAM_FOR_TEXTURE_SIDES = 0.5
+SEAM_FOR_TEXTURE_SIDES = 1.5
 """Length of seam, in sides of a square of the surface's area, that is as bad as one more such square of texture."""
 EXACT_DILATATION = 1.01
 """95th percentile of the dilatation below which a layout counts as undistorted."""
@@ -49,10 +61,12 @@ class Chart:
     Attributes:
         layout: the layout, whose triangles are those of the part in their order.
         triangles: (k,) the triangles of the piece.
+        part: the part before it was cut open.
     """
 
     layout: Flattening
     triangles: Index
+    part: Patch
 
     @property
     def seam(self) -> float:
@@ -62,30 +76,84 @@ class Chart:
 
 
 def charts_of(
-    piece: Patch, *, grow: bool, method: str, charts: Charts = "auto", max_distortion: float = MAX_DISTORTION
+    piece: Patch, *, grow: bool, method: str, charts: Charts = "auto", max_distortion: float | None = None
 ) -> list[Chart]:
-    """Flatten a piece, into one chart, or if it is hard, into nets where these have less distortion or seams.
+    """Flatten a piece, into one chart, or if that is too distorted, into more.
 
     Args:
         piece: a valid piece, see `meshes.disk_patch.sound_piece`.
         grow: whether it may be cut.
         method: see `flattening.flatten`.
         charts: "one" keeps one chart wherever it flattens, as "lscm" always does.
-        max_distortion: bound of the 95th percentile of the dilatation of a hard surface.
+        max_distortion: bound of the 95th percentile of the dilatation; None for MAX_DISTORTION on hard surfaces, and
+            MAX_ORGANIC_DISTORTION on others.
 
     Raises:
         InputError: it is closed or has handles, and may not be cut.
         TimeUp: the time is over.
     """
-    open_piece(piece, cut=grow)
-    whole = _flatten_or_split(piece, np.arange(len(piece.faces)), grow, method)
-    if charts == "one" or method == "lscm" or not grow or dilated(whole) < EXACT_DILATATION or ends_search():
-        return whole
+    if not grow:
+        open_piece(piece, cut=False)
+    one = charts == "one" or method == "lscm" or not grow
+    piece = replace(piece, follows_borders=grow)
+    given = marked_edges(piece.mesh, piece.triangles, piece.vertex) if grow else np.zeros(0, bool)
+    if given.any():
+        parts = parts_of(piece, given)
+        between = [
+            chart
+            for part, members in parts
+            for chart in _flatten_or_split(part, members, part.genus > 0 or not part.loops, method)
+        ]
+        return between if one or max_distortion is None else _within(between, max_distortion, method)
+    if one:
+        return _flatten_or_split(piece, np.arange(len(piece.faces)), grow, method)
     surface = Faceted(piece)
     if surface.hard_share < LEAST_HARD_SHARE:
+        bound = max_distortion or MAX_ORGANIC_DISTORTION
+        return _within(_flattened(piece, np.arange(len(piece.faces)), method, bound), bound, method)
+    whole = _flatten_or_split(piece, np.arange(len(piece.faces)), True, method)
+    if dilated(whole) < EXACT_DILATATION or ends_search():
         return whole
+    bound = max_distortion or MAX_DISTORTION
     choices = [whole, *_nets_of_lengths(surface, method)]
-    return min(choices, key=lambda layouts: _cost(layouts, max_distortion))
+    return min(choices, key=lambda layouts: _cost(layouts, bound))
+
+
+def _flattened(part: Patch, triangles: Index, method: str, bound: float) -> list[Chart]:
+    """Flatten a part with a seam that is as long as the bound of its distortion needs, if that is not too long."""
+    return _flatten_or_split(part, triangles, True, method, 1 + STRETCH_OF_DISTORTION * (bound - 1))
+
+
+def _within(charts: Sequence[Chart], bound: float, method: str) -> list[Chart]:
+    """Split charts that are distorted beyond a bound, the most distorted first."""
+    good, bad = list[Chart](), list[Chart]()
+
+    def sort(charts: Sequence[Chart]) -> None:
+        for chart in charts:
+            is_good = chart.layout.dilated(95) <= bound or len(chart.triangles) == 1
+            (good if is_good else bad).append(chart)
+
+    sort(charts)
+    while bad and len(good) + len(bad) < MOST_CHARTS and not ends_search():
+        chart = bad.pop(max(range(len(bad)), key=lambda k: _excess(bad[k], bound)))
+        parts = parts_of(chart.part, _between(chart.part, halves(chart.part)))
+        if len(parts) == 1:
+            parts = parts_of(chart.part, _between(chart.part, _halves(chart.part)))
+        split = [
+            new
+            for part, members in parts
+            for new in _flattened(part, chart.triangles[members], method, bound)
+        ]
+        if dilated(split) < (1 - LEAST_DECREASE_SHARE) * chart.layout.dilated(95):
+            sort(split)
+        else:
+            good.append(chart)
+    return good + bad
+
+
+def _excess(chart: Chart, bound: float) -> float:
+    """Return the area of a chart that is distorted beyond a bound."""
+    return float(chart.layout.patch.areas[chart.layout.dilatation > bound].sum())
 
 
 def dilated(charts: Sequence[Chart]) -> float:
@@ -150,7 +218,7 @@ def _nets(
         unfolded = _unfolded(part, net.flat[members], method) if is_developable else None
         key = members.tobytes()
         if unfolded is not None:
-            charts.append(Chart(unfolded, members))
+            charts.append(Chart(unfolded, members, part))
         elif is_developable or part.seam.size:  # the seams of all nets go with the first part
             charts += _flatten_or_split(part, members, True, method)
         else:
@@ -174,20 +242,27 @@ def _unfolded(part: Patch, corners: Complex, method: str) -> Flattening | None:
     return None if overlap(layout) or not layout.dilated(95) < EXACT_DILATATION else layout
 
 
-def _flatten_or_split(part: Patch, triangles: Index, grow: bool, method: str) -> list[Chart]:
-    """Return the charts of a part whose triangles are those of the piece with the numbers `triangles` (k,)."""
+def _flatten_or_split(
+    part: Patch, triangles: Index, grow: bool, method: str, stretch: float | None = None
+) -> list[Chart]:
+    """Return the charts of a part whose triangles are those of the piece with the numbers `triangles` (k,).
+
+    Other arguments are as for `flatten`.
+    """
     try:
-        layout = flatten(open_piece(part, cut=True), grow=grow, method=method, chart=True)
-        return [Chart(layout if method == "lscm" else convex(layout), triangles)]
+        layout = flatten(
+            open_piece(part, cut=True), grow=grow, method=method, purpose="texture", stretch=stretch
+        )
+        return [Chart(layout if method == "lscm" else convex(layout), triangles, part)]
     except TimeUp:
         raise
     except InputError:
         if len(triangles) == 1:
-            return [Chart(_one_triangle(part, method), triangles)]
+            return [Chart(_one_triangle(part, method), triangles, part)]
     return [
         chart
         for half, members in parts_of(part, _between(part, _halves(part)))
-        for chart in _flatten_or_split(half, triangles[members], grow, method)
+        for chart in _flatten_or_split(half, triangles[members], grow, method, stretch)
     ]
 
 

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ..arrays import Complex, Flags, Index, Real, complex_of, xy_of
+from ..arrays import Complex, Flags, Index, Real, complex_of, unit_vectors, xy_of
 from ..meshes.mesh import face_angles
 from ..meshes.patch import Patch
 from ..meshes.stretch import SLIVER_HEIGHT_SHARE
@@ -99,7 +99,7 @@ class Faceted:
 
     @property
     def _unit(self) -> Real:
-        return _unit(self.normals)
+        return unit_vectors(self.normals)
 
     @cached_property
     def _lengths(self) -> Real:
@@ -116,7 +116,7 @@ class Faceted:
         inside = ~self.piece.drawn[self._half]
         joined = inside | (self.angles < FLAT_DEGREES)
         region = self._labels(joined)
-        mean = _unit(_sums(region, self.normals))
+        mean = unit_vectors(_sums(region, self.normals))
         away = np.degrees(np.arccos(np.clip((self._unit * mean[region]).sum(axis=1), -1, 1)))
         bent = np.bincount(region, (away > PLANAR_DEGREES) * self.piece.areas) > 0
         return self._labels(inside | (joined & ~bent[region[self._sides[0]]]))
@@ -241,7 +241,10 @@ class _Growth:
         middle = np.bincount(
             joint, (ends @ GENERIC_DIRECTION) * length, minlength=distinct.size
         ) / np.maximum(total, 1e-300)
-        self._rank = _ranks(-total, EQUAL_SHARE * surface.size)
+        preferred = np.bincount(joint, length * surface.piece.preferred[half], minlength=distinct.size)
+        # joints along borders of the file come last, so that seams lie there
+        last_ones = (2 * preferred > total) * (total.max(initial=0.0) + surface.size)
+        self._rank = _ranks(last_ones - total, EQUAL_SHARE * surface.size)
         self._order = _ranks(middle, EQUAL_SHARE * surface.size)
         self._at = [list[int]() for _ in range(self._count)]
         for k, edge in enumerate(self._edge.tolist()):
@@ -386,9 +389,9 @@ def _moved(outlines: np.ndarray, factor: complex, shift: complex) -> np.ndarray:
 
 def _projected(piece: Patch, region: Index, normals: Real) -> Complex:
     """Return (m, 3) corners of triangles in the planes of their regions, seen from outside."""
-    up = _unit(_sums(region, normals))
+    up = unit_vectors(_sums(region, normals))
     axis = np.eye(3)[np.argmin(np.abs(up), axis=1)]
-    right = _unit(np.cross(axis, up))
+    right = unit_vectors(np.cross(axis, up))
     ahead = np.cross(up, right)
     corners = piece.points[piece.faces]
     return np.einsum("mki,mi->mk", corners, right[region]) + 1j * np.einsum(
@@ -401,10 +404,6 @@ def _sums(region: Index, vectors: Real) -> Real:
     order, starts = grouped(region, int(region.max()) + 1)
     sums: Real = np.add.reduceat(vectors[order], starts[:-1])
     return sums
-
-
-def _unit(vectors: Real) -> Real:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300)
 
 
 def _ranks(values: Real, tolerance: float) -> Index:

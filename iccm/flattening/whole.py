@@ -11,7 +11,7 @@ from ..meshes.flatten import Flattening, upright
 from ..meshes.mesh import Mesh
 from ..meshes.packing import pack
 from ..meshes.patch import Patch
-from .segmentation import MAX_DISTORTION, Chart, Charts, charts_of
+from .segmentation import Chart, Charts, charts_of
 
 SAME_LENGTH_SHARE = 1e-5
 """Share of a piece's longest edge; pieces whose edge lengths differ by less, which files of six digits make, are
@@ -24,7 +24,7 @@ def flatten_each(
     grow: bool,
     method: str,
     charts: Charts = "auto",
-    max_distortion: float = MAX_DISTORTION,
+    max_distortion: float | None = None,
 ) -> list[list[Flattening]]:
     """Flatten pieces one by one into one or more charts; copies of a piece are flattened alike.
 

@@ -9,8 +9,8 @@ Candidates are compared by coarse maps of disks, which take a tenth of a second 
 - For drawings of one part with the same number of holes, the outlines, with holes mapped to holes.
 - For drawings with the same number of parts, pairs of parts.
 
-`choose` returns them with their frames, coarse maps and costs, best first. Only the best one is refined, from its
-coarse map.
+`choose` returns them with their frames, coarse maps and costs. The first is refined, from its coarse map; the next ones
+only where that fails.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,17 +21,19 @@ import shapely
 
 from ..arrays import Complex, Index
 from ..balanced.coarse import CoarseMap, coarse_filled, coarse_map
-from ..balanced.holes.given import Holes
+from ..balanced.model.energy import Energy
 from ..balanced.model.measures import stretch_quantile
 from ..balanced.model.mesh_map import MeshMap
-from ..balanced.model.settings import Settings
 from ..balanced.search.candidates import HOPELESS
+from ..curve import Curve, hausdorff
 from ..drawings.cost import LOST_POINT_ENERGY, NO_MAP, Cost, cost_of
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
 from ..drawings.pairing import pair_by_place
-from ..drawings.region import Region
+from ..drawings.region import PaintedRegion
+from ..options import Options
 from ..plane import triangle_areas
+from ..problem import Holes
 
 GOOD_STRETCH_P95 = 2.2
 """A map of whole outlines is accepted without further search if its stretch on 95 % of the area is at most this."""
@@ -56,6 +58,11 @@ CLOSED_COST_RATIO = 0.95
 """Relative to the cost with the source's tightest frame: a frame that shows more gaps of the source, or a map that
 leaves out pieces of the outlines, must cost less than this, since missing pieces of an outline are more conspicuous
 than the mean over the area suggests."""
+SAME_FORM_SHARE = 0.03
+"""Relative to the diagonal: outlines closer than this, once they have the same proportions, differ in these alone."""
+STRAIGHT_COST_RATIO = 1.25
+"""Relative to the least cost: a stretch, which keeps all straight lines straight, is preferred up to this. Rectangles
+are stretched up to four times; beyond that they are bent, which distorts less."""
 PAIRED_COST_RATIO = 0.95
 """Relative to the cost of the best map of wholes: pairing parts must cost less than this, since it moves parts relative
 to each other."""
@@ -106,7 +113,7 @@ class PairOfParts:
 def choose(
     source: Drawing,
     target: Drawing,
-    settings: Settings,
+    options: Options,
     *,
     free_gaps: bool = False,
     pair_parts: bool = False,
@@ -114,12 +121,14 @@ def choose(
 ) -> list[Choice]:
     """Return ways to map a drawing onto another, sorted by the cost of their coarse maps.
 
+    Pairs of parts and frames with closed gaps come first only if they cost clearly less than what they replace.
+
     Parameters
     ----------
     source, target
         The drawings.
-    settings
-        Settings of the solver.
+    options
+        Options of the solver.
     free_gaps
         Whether gaps of the source may be shown at no cost, as with a checkerboard.
     pair_parts
@@ -127,8 +136,8 @@ def choose(
     framed
         Whether to consider only frames, and of these only the ones that contain all of a drawing.
     """
-    search = _FrameSearch(_Judge(source, target, settings, free_gaps=free_gaps), around_all=framed)
-    paired = _paired(source, target, settings, free_gaps=free_gaps) if pair_parts else None
+    search = _FrameSearch(_Judge(source, target, options, free_gaps=free_gaps), around_all=framed)
+    paired = _paired(source, target, options, free_gaps=free_gaps) if pair_parts else None
     if paired is not None and search.starts_above(GIVEN_UP_COST_RATIO * paired.cost.total):
         return [paired]
     wholes = _of_wholes(search, framed=framed)
@@ -141,17 +150,20 @@ def _of_wholes(search: "_FrameSearch", *, framed: bool) -> list[Choice]:
     """Return ways to map a drawing onto another as a whole, the cheapest first."""
     judge = search.judge
     tightest = judge.source.tightest, judge.target.tightest
+    straight = judge.stretch(tightest)
+    if straight is not None and straight.cost.total <= STRAIGHT_COST_RATIO:
+        return [straight]  # no map costs less than 1
     first = search.attempt((0, 0))
     candidates = [] if first is None else [first]
     if first is not None and judge.is_good(first):
-        return [first]
+        return _with_straight(straight, [first])
     if not framed:
         outlines = tightest[0].outline, tightest[1].outline
-        covers = coarse_filled(*outlines, replace(judge.settings, fit="cover"))
+        covers = coarse_filled(*outlines, replace(judge.options, fit="cover"))
         candidates += [judge.choice(tightest, "cover", coarse) for coarse in covers]
         holes = Holes(tuple(judge.source.mappable_holes), tuple(judge.target.mappable_holes))
         if 0 < len(holes.source) == len(holes.target) <= MOST_MATCHED_HOLES:
-            holed = coarse_map(*outlines, judge.settings, holes=holes)
+            holed = coarse_map(*outlines, judge.options, holes=holes)
             if holed is not None:
                 candidates.append(judge.choice(tightest, "whole", holed, holed=True))
     candidates += search.descents()
@@ -168,21 +180,59 @@ def _of_wholes(search: "_FrameSearch", *, framed: bool) -> list[Choice]:
     ):
         candidates.remove(least_closed[0])
         candidates.insert(0, least_closed[0])
-    return candidates or [Choice(tightest)]
+    return _with_straight(straight, candidates) or [Choice(tightest)]
 
 
-def textured_region(source: Drawing, *, free_gaps: bool) -> Region:
+def _with_straight(straight: Choice | None, candidates: list[Choice]) -> list[Choice]:
+    """Return candidates, the best first, with a stretch, which comes first if it costs little more than the best."""
+    if straight is None:
+        return candidates
+    least = min((choice.cost.total for choice in candidates), default=np.inf)
+    if straight.cost.total <= STRAIGHT_COST_RATIO * least:
+        return [straight, *candidates]
+    return [*candidates, straight]
+
+
+def textured_region(source: Drawing, *, free_gaps: bool) -> PaintedRegion:
     """Return the region of a drawing that may be shown without being counted as bare."""
     return source.hull_region if free_gaps else source.region
+
+
+def map_cost(
+    triangles: tuple[Complex, Complex, Index],
+    regions: tuple[PaintedRegion, PaintedRegion],
+    covering: PaintedRegion | None,
+    energy: Energy,
+    *,
+    rotation: float = 1.0,
+) -> Cost:
+    """Return the cost of a piecewise linear map of two drawings in an energy, of which further terms count as well.
+
+    Parameters
+    ----------
+    triangles
+        (n,) vertices, their (n,) images, and the (m, 3) triangles, which fold neither in the source nor in the target.
+    regions
+        The painted regions of source and target.
+    covering
+        The region of the source's plane that the texture covers; None if it covers everything.
+    energy
+        Weights areas, and has the further terms.
+    rotation
+        The factor for rotating the picture.
+    """
+    cost = cost_of(*triangles, *regions, covering=covering, balance=energy.balance, rotation=rotation)
+    return cost._replace(energy=cost.energy + energy.sum_of_terms(*triangles))
 
 
 class _Judge:
     """Assesses coarse maps of two drawings."""
 
-    def __init__(self, source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool):
-        self.source, self.target, self.settings, self.free_gaps = source, target, settings, free_gaps
+    def __init__(self, source: Drawing, target: Drawing, options: Options, *, free_gaps: bool):
+        self.source, self.target, self.options, self.free_gaps = source, target, options, free_gaps
         self._covering = textured_region(source, free_gaps=free_gaps)
         self._good: set[Choice] = set()
+        self._energy = Energy.of(options)
         self.least_cost = np.inf
 
     def choice(
@@ -199,6 +249,20 @@ class _Judge:
         ):
             self._good.add(choice)
         return choice
+
+    def stretch(self, frames: tuple[Frame, Frame]) -> Choice | None:
+        """Return the choice that stretches a frame onto another one of the same form, but other proportions.
+
+        None if the frames differ in more than their proportions.
+        """
+        options = self.options
+        if options.balance != 1 or options.rotation != 0 or options.terms:
+            return None  # something else than even scales is asked for
+        ratio = stretch_between(frames)
+        if ratio is None:
+            return None
+        coarse = coarse_map(frames[0].outline, frames[1].outline, options, stretch=ratio)
+        return None if coarse is None else replace(self.choice(frames, "whole", coarse), stretch=ratio)
 
     def least_cost_of(self, frames: tuple[Frame, Frame]) -> float:
         """Return a cost below that of any map of two frames that scales areas evenly, without solving for one.
@@ -222,20 +286,9 @@ class _Judge:
 
         Where filled gaps of the source collapse, the slits that remain count with the width at which they are seen.
         """
-        source, target = self.source.region, self.target.region
-        material = coarse.map.faces[~coarse.voids]
-        cost = cost_of(
-            coarse.map.z,
-            coarse.map.u,
-            material,
-            source,
-            target,
-            covering=self._covering,
-            balance=self.settings.theta,
-            rotation=coarse.rotation_cost,
-        )
-        terms = self.settings.energy.sum_of_terms(coarse.map.z, coarse.map.u, material)
-        cost = cost._replace(energy=cost.energy + terms)
+        regions = self.source.region, self.target.region
+        triangles = coarse.map.z, coarse.map.u, coarse.map.faces[~coarse.voids]
+        cost = map_cost(triangles, regions, self._covering, self._energy, rotation=coarse.rotation_cost)
         if not coarse.voids.any():
             return cost
         corners = coarse.map.u[coarse.map.faces[coarse.voids]]
@@ -244,7 +297,7 @@ class _Judge:
         # both sides of a slit are its boundary
         length = shapely.length(shapely.intersection(slits.boundary, self.target.painted)) / 2
         width = CRACK_WIDTH_SHARE * np.sqrt(shapely.convex_hull(self.target.painted).area)
-        return cost._replace(bare=min(1.0, cost.bare + length * width / target.area))
+        return cost._replace(bare=min(1.0, cost.bare + length * width / self.target.region.area))
 
 
 class _FrameSearch:
@@ -276,7 +329,7 @@ class _FrameSearch:
                 self._compared[pair] = None
                 return None
             most = HOPELESS * min(self.judge.least_cost, LOST_POINT_ENERGY)
-            coarse = coarse_map(frames[0].outline, frames[1].outline, self.judge.settings, most=most)
+            coarse = coarse_map(frames[0].outline, frames[1].outline, self.judge.options, most=most)
             self._compared[pair] = None if coarse is None else self.judge.choice(frames, "whole", coarse)
         return self._compared[pair]
 
@@ -327,12 +380,32 @@ def _of_area_one(map: MeshMap) -> tuple[Complex, Complex, Index]:
     return z, u, map.faces
 
 
+def stretch_between(frames: tuple[Frame, Frame]) -> float | None:
+    """Return the ratio by which the width of a frame is stretched, relative to its height, onto that of another one.
+
+    None if the frames differ in more than their proportions, or not in these.
+    """
+    extents = [frame.outline.box[1] - frame.outline.box[0] for frame in frames]
+    ratio = extents[1].real / extents[1].imag * extents[0].imag / extents[0].real
+    if abs(ratio - 1) <= SAME_FORM_SHARE:
+        return None
+    source, target = (_in_unit_box(frame.outline) for frame in frames)
+    return ratio if hausdorff(source, target) <= SAME_FORM_SHARE * target.diagonal else None
+
+
+def _in_unit_box(outline: Curve) -> Curve:
+    """Return an outline, stretched and moved so that its bounding box is the unit square."""
+    low, high = outline.box
+    moved = outline.z - low
+    return Curve(moved.real / (high - low).real + 1j * moved.imag / (high - low).imag)
+
+
 def may_pair(source: Drawing, target: Drawing) -> bool:
     """Return whether two drawings have equally many parts, and few enough to map them one-to-one."""
     return 2 <= len(source.parts) == len(target.parts) <= MOST_PAIRED_PARTS
 
 
-def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: bool) -> Choice | None:
+def _paired(source: Drawing, target: Drawing, options: Options, *, free_gaps: bool) -> Choice | None:
     """Return the choice that maps parts one-to-one, paired by place and size; None where the parts do not match."""
     if not may_pair(source, target):
         return None
@@ -340,7 +413,7 @@ def _paired(source: Drawing, target: Drawing, settings: Settings, *, free_gaps: 
     pairs, energies, weights, shown_share, covered_share = list[PairOfParts](), [], [], 0.0, 0.0
     for i, j in pair_by_place(parts[0], parts[1]):
         part, image = Drawing(parts[0][i]), Drawing(parts[1][j])
-        choices = choose(part, image, settings, free_gaps=free_gaps)
+        choices = choose(part, image, options, free_gaps=free_gaps)
         best = choices[0].cost
         if not np.isfinite(best.total):
             return None

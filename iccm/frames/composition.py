@@ -19,10 +19,9 @@ import shapely
 import shapely.affinity
 from scipy import optimize
 
-from ..arrays import Complex, complex_of, xy_of
+from ..arrays import Complex, Index, complex_of, xy_of
 from ..balanced.coarse import coarse_map
-from ..balanced.model.settings import Settings
-from ..curve import Curve, polygon_of
+from ..curve import Curve, hausdorff, polygon_of
 from ..drawings.cost import Cost
 from ..drawings.detail import (
     COMPARED_POINTS,
@@ -37,7 +36,9 @@ from ..drawings.detail import (
 )
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
-from ..drawings.region import Region
+from ..drawings.region import PaintedRegion
+from ..maps.triangulated.map import TriangulatedMap
+from ..options import Options
 from ..polygons import rings_of
 from .choice import Choice
 from .silhouettes import silhouettes
@@ -63,13 +64,15 @@ COPY_SHARE = 1e-3
 GOOD_PLACEMENT_COST = 1.12
 """A placement in the target itself is accepted without comparing its silhouettes if it costs at most this; that of a
 picture without margin also without comparing other frames."""
+SAME_OUTLINE_SHARE = 0.01
+"""Hausdorff distance relative to the diagonal, up to which a map's outline is that of a silhouette."""
 PLACED_COST = 2.2
 """A placement of a subject with paper around it is accepted without comparing other frames if it costs at most this: on
 nine pairs of icons of which both were measured, each map that bends the subject cost at least twice as much."""
 
 
 @dataclass(frozen=True)
-class Placement:
+class UprightPlacement:
     """An upright stretch of the plane that places a picture in the target.
 
     Attributes:
@@ -98,7 +101,37 @@ class Placement:
         return self.centre + moved.real / self.scale[0] + 1j * moved.imag / self.scale[1]
 
 
-class _Search:
+@dataclass(frozen=True)
+class PlacedMap:
+    """A map that was a placement until pins were dragged, with the interface of one.
+
+    Attributes:
+        map: the map; what it does not show has no image.
+        centre: middle of the picture's box.
+    """
+
+    map: TriangulatedMap
+    centre: complex
+    stretch: float = 1.0
+
+    @property
+    def image(self) -> complex:
+        """The place of the picture's middle in the target's plane."""
+        return complex(self(np.array([self.centre]))[0])
+
+    def __call__(self, z: Complex) -> Complex:
+        """Return the images of points; of those that are not shown, the images of the nearest ones that are."""
+        return self.map.extended_jet(z)[0]
+
+    def pull_back(self, w: Complex) -> Complex:
+        """Return the points with images w; of points that the map does not reach, those of the nearest ones."""
+        return self.map.extended_inverse(w)[0]
+
+
+Placement = UprightPlacement | PlacedMap
+
+
+class _PlacementSearch:
     """Searches for the placement with the least cost.
 
     A placement is given by its image of the picture's centre, the logarithm of its mean scale, and, for a picture
@@ -111,17 +144,17 @@ class _Search:
         outline: points of the outline by which the target is recognised, see `outline_points`.
     """
 
-    def __init__(self, subject: Region, detail: Detail, view: TargetView, outline: Complex):
+    def __init__(self, subject: PaintedRegion, detail: Detail, view: TargetView, outline: Complex):
         self._subject, self.detail, self.view, self._outline = subject, detail, view, outline
         low, high = detail.box
         self._centre, self._extent = (low + high) / 2, high - low
         self._points, _, weights = detail.compared
         self._weights = weights / weights.sum()
         self._hull = complex_of(shapely.get_coordinates(shapely.convex_hull(subject.painted))[:-1])
-        self._shadow = Region(shapely.convex_hull(shapely.MultiPoint(xy_of(self._points))))
+        self._shadow = PaintedRegion(shapely.convex_hull(shapely.MultiPoint(xy_of(self._points))))
         self._targets = view.spread(COMPARED_POINTS)
 
-    def placement(self, values: Sequence[float]) -> Placement:
+    def placement(self, values: Sequence[float]) -> UprightPlacement:
         """Return the placement for three or four numbers."""
         x, y, scale, *rest = values
         stretch = rest[0] if rest else 0.0
@@ -139,11 +172,10 @@ class _Search:
                 np.clip(x, high.real - half.real, low.real + half.real),
                 np.clip(y, high.imag - half.imag, low.imag + half.imag),
             )
-        return Placement(self._centre, image, (across, up))
+        return UprightPlacement(self._centre, image, (across, up))
 
-    def cost(self, values: Sequence[float]) -> Cost:
-        """Return the cost of a placement."""
-        placement = self.placement(values)
+    def cost(self, placement: Placement) -> Cost:
+        """Return the cost of a placement, or of a map that was one until pins were dragged."""
         shown = self.view.seen(placement(self._points))
         seen = shown @ self._weights - (NEAREST_WEIGHT * (1 - shown.min()) if self.detail.has_paper else 0.0)
         hidden = hidden_cost(1 - float(seen))
@@ -159,7 +191,9 @@ class _Search:
         empty = 1 - float(self._subject.contains(placement.pull_back(self._targets)).mean())
         # a part without picture is a loss
         return Cost(
-            energy_of_form(0.5 * (stretch + 1 / stretch), has_margin=False), hidden, hidden_cost(empty)
+            energy_of_form(0.5 * (stretch + 1 / stretch), self.detail.energy_weight(has_margin=False)),
+            hidden,
+            hidden_cost(empty),
         )
 
     def _paper_share(self, placement: Placement) -> float:
@@ -168,13 +202,13 @@ class _Search:
         covered = hull if painted.contains(hull) else shapely.intersection(hull, painted)
         return 1 - float(covered.area / painted.area)
 
-    def best(self) -> tuple[Placement, Cost]:
+    def best(self) -> tuple[UprightPlacement, Cost]:
         """Return the cheapest placement with its cost."""
         bound = np.log(MOST_STRETCH_RATIO)
 
         def total(values: Sequence[float]) -> float:
             beyond = max(0.0, abs(values[3]) - bound) if len(values) > 3 else 0.0
-            return self.cost(values).total + beyond
+            return self.cost(self.placement(values)).total + beyond
 
         count = 3 if self.detail.has_paper else 4
         starts = sorted((start[:count] for start in self._starts()), key=total)[:FEW_STARTS]
@@ -193,10 +227,11 @@ class _Search:
             simpler[index] = plain
             if total(simpler) <= most:
                 values = simpler
-        return self.placement(values), self.cost(values)
+        placement = self.placement(values)
+        return placement, self.cost(placement)
 
     def _starts(self) -> Iterator[tuple[float, float, float, float]]:
-        """Yield placements in the middle of the target, at its centroid and in its widest place, of several sizes."""
+        """Yield placements of several sizes in the middle of the target, at its centroid and in its widest place."""
         low, high = self.view.box
         room = high - low
         fitting = min(room.real / self._extent.real, room.imag / self._extent.imag)
@@ -220,13 +255,17 @@ class _Search:
                 )
             if self.detail.is_full:
                 yield place.real, place.imag, float(np.log(1.02 * filling)), stretch
+            for face_low, face_high in self.detail.faces:
+                for size in (filling, 1.5 * filling):  # with the face in this place
+                    image = place - size * ((face_low + face_high) / 2 - self._centre)
+                    yield image.real, image.imag, float(np.log(size)), 0.0
 
 
 def compose(
     source: Drawing,
     target: Drawing,
     detail: Detail,
-    settings: Settings,
+    options: Options,
     choices: Callable[[], Sequence[Choice]],
 ) -> list[Choice]:
     """Return ways to map a picture onto a target, sorted by the cost of the detail that is seen.
@@ -237,14 +276,14 @@ def compose(
         The drawings.
     detail
         The edges of the picture.
-    settings
-        Settings of the solver.
+    options
+        Options of the solver.
     choices
         Returns the ways to map the drawings without regard to what the picture shows, best first.
     """
     if is_copy(source, target):
         return list(choices())
-    composer = Composer(source, target, detail, settings)
+    composer = Composer(source, target, detail, options)
     placed = composer.placed()
     if placed is None:
         return list(choices())
@@ -293,12 +332,12 @@ class Composer:
         The drawings.
     detail
         The edges of the picture.
-    settings
-        Settings of the solver.
+    options
+        Options of the solver.
     """
 
-    def __init__(self, source: Drawing, target: Drawing, detail: Detail, settings: Settings):
-        self.source, self.target, self.detail, self.settings = source, target, detail, settings
+    def __init__(self, source: Drawing, target: Drawing, detail: Detail, options: Options):
+        self.source, self.target, self.detail, self.options = source, target, detail, options
 
     @cached_property
     def view(self) -> TargetView:
@@ -310,19 +349,46 @@ class Composer:
         return outline_points(self.target.painted)
 
     @cached_property
-    def _subject(self) -> Region:
+    def _subject(self) -> PaintedRegion:
         return subject_of(self.source, self.detail)
+
+    def shown(self, map: TriangulatedMap) -> Drawing | None:
+        """Return what pictures show of the target if a map that was composed stays as it is, if that is more than the
+        target paints.
+
+        Of the silhouettes whose outline is the map's, it is the one that costs least, as when the map was composed.
+        """
+        if self.detail.is_empty:
+            return None
+        low, high = self.detail.box
+        placement, outline = PlacedMap(map, (low + high) / 2), Curve(map.image[map.loops[0]])
+        best, least_total = self.target, np.inf
+        for drawing, filling_cost, search in self._searches():
+            if hausdorff(drawing.tightest.outline, outline) > SAME_OUTLINE_SHARE * outline.diagonal:
+                continue
+            cost = search.cost(placement)
+            total = cost._replace(bare=min(1.0, cost.bare + filling_cost)).total
+            if total < least_total:
+                best, least_total = drawing, total
+            if self.detail.keeps_form or total <= GOOD_PLACEMENT_COST:
+                break
+        return None if best is self.target else best
+
+    def _searches(self) -> Iterator[tuple[Drawing, float, _PlacementSearch]]:
+        """Yield the regions in which the picture may be shown, what filling them costs, and the search for a place."""
+        for drawing, filling_cost in silhouettes(
+            self.target, is_full=self.detail.is_full, canvas=self.detail.canvas
+        ):
+            view = self.view if drawing is self.target else TargetView.of(drawing.painted)
+            yield drawing, filling_cost, _PlacementSearch(self._subject, self.detail, view, self._outline)
 
     def placed(self) -> Choice | None:
         """Return the choice that places the picture upright in the target, or in its silhouette if that costs less."""
         best: Choice | None = None
         if self.detail.is_empty:
             return None
-        for drawing, filling_cost in silhouettes(
-            self.target, is_full=self.detail.is_full, canvas=self.detail.canvas
-        ):
-            view = self.view if drawing is self.target else TargetView.of(drawing.painted)
-            placement, cost = _Search(self._subject, self.detail, view, self._outline).best()
+        for drawing, filling_cost, search in self._searches():
+            placement, cost = search.best()
             cost = cost._replace(bare=min(1.0, cost.bare + filling_cost))
             if best is not None and best.composed is not None and best.composed.total <= cost.total:
                 continue
@@ -341,7 +407,7 @@ class Composer:
     def box(self) -> Choice | None:
         """Return the choice that maps the picture's box, with a margin, onto the target's tightest frame."""
         frame = box_frame(self.source, self.detail)
-        coarse = coarse_map(frame.outline, self.target.tightest.outline, self.settings)
+        coarse = coarse_map(frame.outline, self.target.tightest.outline, self.options)
         if coarse is None:
             return None
         choice = Choice((frame, self.target.tightest), coarse=coarse)
@@ -355,19 +421,31 @@ class Composer:
         if choice.coarse is None:
             return choice.cost
         map, voids = choice.coarse.map, choice.coarse.voids
-        return cost_of_detail(
-            map.z,
-            map.u,
-            map.faces[~voids],
-            self.detail,
-            self.view,
-            subject=self._subject,
-            paper=paper_cost if self.detail.has_paper else None,
-            balance=self.settings.theta,
-        )
+        triangles = map.z, map.u, map.faces[~voids]
+        return seen_cost(triangles, self.detail, self.view, self._subject, self.options.balance)
 
 
-def subject_of(source: Drawing, detail: Detail) -> Region:
+def seen_cost(
+    triangles: tuple[Complex, Complex, Index],
+    detail: Detail,
+    view: TargetView,
+    subject: PaintedRegion,
+    balance: float,
+) -> Cost:
+    """Return the cost of what a map shows of a picture's detail, where paper is seen if the picture has any.
+
+    Parameters
+    ----------
+    triangles
+        (n,) vertices, (n,) their images, and (m, 3) triangles.
+    detail, view, subject, balance
+        See `cost_of_detail`.
+    """
+    paper = paper_cost if detail.has_paper else None
+    return cost_of_detail(*triangles, detail, view, subject=subject, paper=paper, balance=balance)
+
+
+def subject_of(source: Drawing, detail: Detail) -> PaintedRegion:
     """Return the region of the source's plane that is not paper: the subject, or all of a picture without margin."""
     return detail.subject(source.painted) if detail.has_paper else source.region
 

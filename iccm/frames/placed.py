@@ -26,7 +26,7 @@ from ..fit_data import with_details
 from ..options import Options
 from ..plane import Similarity
 from ..result import Fit
-from .solve import Solver, without_outline_losses
+from .solve import DrawingPair
 
 if TYPE_CHECKING:
     from ..drawings.detail import Detail
@@ -66,30 +66,15 @@ class Placement(NamedTuple):
         return ROUNDING_SHARE * self.target.diagonal
 
 
-def fit_placed(
-    source: Drawing,
-    target: Drawing,
-    options: Options,
-    solver: Solver,
-    *,
-    pins: Complex,
-    opaque: bool,
-    detail: Detail | None = None,
-) -> Fit:
+def fit_placed(pair: DrawingPair, *, pins: Complex, detail: Detail | None = None) -> Fit:
     """Map a drawing inside another, or over another, in its own proportions.
 
     Parameters
     ----------
-    source, target
-        The drawings.
-    options
-        How to solve; `place` is inside or slice.
-    solver
-        Solves for a pair of outlines, without pins where `pinned` is false.
+    pair
+        The drawings, and how to map them; the option `place` is inside or slice.
     pins
         (k, 2) points of the source and their images, which determine the placement.
-    opaque
-        Whether the texture covers the gaps between the source's parts.
     detail
         The edges of the picture, which the cropped part of it should show; None to crop about the middle.
 
@@ -98,6 +83,7 @@ def fit_placed(
     InputError
         There is no place for the drawing that agrees with the pins.
     """
+    source, target, options = pair.source, pair.target, pair.options
     regions = list(_regions(source, target, options))
     if len(pins) > 1:
         regions = regions[:1]  # pins determine where the copy lies, whatever region contains it
@@ -107,14 +93,15 @@ def fit_placed(
         raise InputError(
             f"place: with these pins no copy fits (place {options.place}); move the pins, or use place fill"
         )
-    best = min(possible, key=lambda placement: _cost(placement, source, target, options.place, opaque=opaque))
+    best = min(possible, key=lambda placement: _cost(placement, pair))
     if options.place == "slice" and detail is not None and not detail.is_empty and not len(pins):
         best = _with_most_detail(best, source, target, detail)
     turn = float(np.degrees(np.angle(best.similarity.factor)))
     whole = replace(options, place="fill", fit="whole", turn=turn)
-    fit = solver(best.source, best.target, [], [], whole, pinned=not best.meets(pins))
-    notes = [note for note in without_outline_losses(fit) if note != SIMILAR]  # a similarity was requested
-    return with_details(replace(fit, notes=notes), drawings=(source, target), place=options.place)
+    fit = pair.solver(best.source, best.target, [], [], whole, pinned=not best.meets(pins))
+    notes = [note for note in fit.notes if note != SIMILAR]  # a similarity was requested
+    details = {"drawings": (source, target), "place": options.place, "opaque": pair.opaque}
+    return with_details(replace(fit, notes=notes), **details)
 
 
 def _with_most_detail(placement: Placement, source: Drawing, target: Drawing, detail: Detail) -> Placement:
@@ -235,15 +222,15 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
     return Curve.domain(complex_of(shapely.get_coordinates(pieces[0].exterior)[:-1]))
 
 
-def _cost(placement: Placement, source: Drawing, target: Drawing, place: str, *, opaque: bool) -> float:
+def _cost(placement: Placement, pair: DrawingPair) -> float:
     """Return the cost (see `drawings.cost`) of a placement without bending."""
-    domain = placement.source.polygon
+    source, target, domain = pair.source, pair.target, placement.source.polygon
     seen_through = shapely.intersection(
         domain, transform_region(target.painted, placement.similarity.inverse())
     )
     seen_area = float(shapely.intersection(seen_through, source.painted).area)
-    covered = (seen_through.area if opaque else seen_area) * abs(placement.similarity.factor) ** 2
+    covered = (seen_through.area if pair.opaque else seen_area) * abs(placement.similarity.factor) ** 2
     hidden, bare = 1 - seen_area / source.region.area, 1 - covered / target.region.area
-    if place == "inside":
+    if pair.options.place == "inside":
         hidden *= HIDDEN_INSIDE_WEIGHT
     return Cost(1.0, hidden, bare).total

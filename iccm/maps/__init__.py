@@ -25,4 +25,5 @@ figure            the matplotlib figure of a map
 summary           the figures of a report in words
 bezier_fit        images of curves under a map, as cubic Béziers
 arc_fit           the same, as lines and circular arcs
+joined            maps of several parts as one triangulation that is not connected, to be saved as one map
 """

@@ -96,7 +96,7 @@ def _centred(map: HarmonicMap, source_error: float, image_error: float) -> Trian
 
 def _approximation(map: HarmonicMap, source_error: float, image_error: float) -> TriangulatedMap:
     mesh = Triangulation.of(map.polygon)
-    samples = Samples(map, source_error, image_error)
+    samples = PatchSamples(map, source_error, image_error)
     for rounds_left in reversed(range(REFINEMENT_ROUNDS)):
         terms_before = samples.terms
         samples.extend(mesh.z)
@@ -121,7 +121,7 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
     return TriangulatedMap(mesh.z, image, faces, (mesh.loop,), margin, bulge, sheet_size)
 
 
-class Samples:
+class PatchSamples:
     """A map at the vertices of a mesh, and the errors of the patches between them.
 
     Attributes:

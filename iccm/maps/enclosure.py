@@ -41,7 +41,7 @@ _bounds = function(
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class CurvePieces:
     """Closed curves in pieces, each a straight segment from its `start` to that of the next piece.
 
     Attributes:
@@ -113,7 +113,7 @@ class Encloser:
         self.rise = np.roll(densities, -1, axis=1) - densities
         self.rounding = ROUNDING_SHARE * float(np.abs(image - image[0]).max())
 
-    def pieces(self, rings: list[Complex]) -> Pieces:
+    def pieces(self, rings: list[Complex]) -> CurvePieces:
         """Divide rings into pieces that are short relative to their distance from the vertices.
 
         A ring's first point is not repeated.
@@ -128,20 +128,20 @@ class Encloser:
             start, ring = _halved(start, middle, is_far), np.repeat(ring, 1 + is_far)
         return self._bounded(start, ring)
 
-    def split(self, pieces: Pieces, marked: np.ndarray) -> Pieces:
+    def split(self, pieces: CurvePieces, marked: np.ndarray) -> CurvePieces:
         """Return the same curves with some pieces (k,) halved."""
         middle, _ = _middles(pieces.start, pieces.ring)
         fresh = np.repeat(marked, 1 + marked)
         start, ring = _halved(pieces.start, middle, marked), np.repeat(pieces.ring, 1 + marked)
         new = self._bounded(start, ring, fresh)
         parts = {}
-        for field in fields(Pieces):
+        for field in fields(CurvePieces):
             old = np.repeat(getattr(pieces, field.name), 1 + marked)
             old[fresh] = getattr(new, field.name)
             parts[field.name] = old
-        return Pieces(**parts)
+        return CurvePieces(**parts)
 
-    def _bounded(self, start: Complex, ring: Index, only: np.ndarray | None = None) -> Pieces:
+    def _bounded(self, start: Complex, ring: Index, only: np.ndarray | None = None) -> CurvePieces:
         """Return the bounds of all pieces, or of the marked ones."""
         following = _following(ring)
         if only is None:
@@ -168,10 +168,10 @@ class Encloser:
         bad = ~(error == 0) | ~np.isfinite(jacobian) | ~np.isfinite(slope) | ~np.isfinite(bulge)
         spread[bad] = bulge[bad] = np.inf
         tangent = f_z * along + f_zbar * along.conj()
-        return Pieces(a, ring[only], image, slope, tangent, jacobian, quotient, spread, bulge)
+        return CurvePieces(a, ring[only], image, slope, tangent, jacobian, quotient, spread, bulge)
 
 
-def too_close(pieces: Pieces, fresh: np.ndarray | None = None) -> tuple[Index, Index]:
+def too_close(pieces: CurvePieces, fresh: np.ndarray | None = None) -> tuple[Index, Index]:
     """Return pairs of pieces whose images the bounds cannot separate, although they must not meet.
 
     Neighbours share a point; their images meet only there if the cones of their tangents are far enough from

@@ -52,9 +52,12 @@ class HarmonicMap:
     def __call__(self, z: Pairs) -> Real: ...
 
     @overload
+    def __call__(self, z: complex) -> complex: ...
+
+    @overload
     def __call__(self, z: Numbers) -> Complex: ...
 
-    def __call__(self, z: Pairs | Numbers) -> Complex | Real:
+    def __call__(self, z: Pairs | complex | Numbers) -> Complex | Real | complex:
         """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form; NaN outside."""
         if is_pairs(z):
             return on_pairs(self.__call__, z, self.axes)
@@ -63,7 +66,7 @@ class HarmonicMap:
         c = self._blocks(cauchy_green.coordinates, points)
         out = np.concatenate([m @ self.phi + (m.conj() @ self.psi) for m in c])
         out[np.isnan(points)] = complex(np.nan, np.nan)
-        return out.reshape(z.shape)
+        return out.reshape(z.shape)[()]
 
     def jet(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex, Complex]:
         """Return f, f_z and f_z̄ at points of any shape at once; NaN outside, the derivatives also at vertices."""

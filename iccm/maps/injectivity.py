@@ -7,7 +7,7 @@ import shapely
 
 from ..arrays import Complex, Real, complex_of
 from ..curve import Curve, polygon_of
-from .enclosure import HALVING_ROUNDS, MOST_PIECES, Encloser, Pieces, too_close
+from .enclosure import HALVING_ROUNDS, MOST_PIECES, CurvePieces, Encloser, too_close
 from .harmonic import HarmonicMap
 
 DEPTHS = np.concatenate([10 ** np.arange(-4.0, -1.0, 0.25), 10 ** np.arange(-1.0, -0.04, 0.05)])
@@ -140,7 +140,7 @@ class InsetDomain:
         share = float(sum(part.area for part in parts) / self.outline.area)
         return Certificate(True, depth, 0, float(pieces.quotient.max()), True, share=share)
 
-    def _simple(self, pieces: Pieces) -> tuple[Pieces, str]:
+    def _simple(self, pieces: CurvePieces) -> tuple[CurvePieces, str]:
         """Halve pieces until their images are known to be simple and disjoint.
 
         Returns:
@@ -172,7 +172,7 @@ def ring_of(part: shapely.Polygon) -> Complex:
     return ring if Curve(ring).area > 0 else ring[::-1]
 
 
-def _fold_between(pieces: Pieces) -> str:
+def _fold_between(pieces: CurvePieces) -> str:
     """Return an obstacle that the samples themselves show; an empty string if there is none."""
     if not np.isfinite(pieces.jacobian).all():
         return "the map cannot be evaluated"
@@ -182,7 +182,7 @@ def _fold_between(pieces: Pieces) -> str:
     return f"|f_z̄/f_z| is up to {worst:.3g}"
 
 
-def _failed(depth: float, reason: str, pieces: Pieces | None = None, zeros: int = 0) -> Certificate:
+def _failed(depth: float, reason: str, pieces: CurvePieces | None = None, zeros: int = 0) -> Certificate:
     """Return a certificate that nothing is certified at a depth, with the reason `reason`."""
     beltrami = float(np.nanmax(pieces.quotient, initial=0.0)) if pieces is not None else 0.0
     return Certificate(False, depth, zeros, beltrami, False, f"at depth {depth:.1e}: {reason}")

@@ -24,7 +24,7 @@ Rings = tuple[Complex, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class RigidRegion:
     """A rigid region of the source or of the target.
 
     Attributes:
@@ -51,7 +51,7 @@ class Region:
         *,
         of_target: bool = False,
         flat: Complex | None = None,
-    ) -> "Region":
+    ) -> "RigidRegion":
         """Return the figures of a region of a map, whose mesh has the region's outline as edges.
 
         Args:
@@ -132,6 +132,6 @@ def rings_of(z: Complex, faces: Index) -> list[Rings]:
     ]
 
 
-def outline_in_source(region: Region, inverse: Callable[[Complex], Complex]) -> Complex:
+def outline_in_source(region: RigidRegion, inverse: Callable[[Complex], Complex]) -> Complex:
     """Return (p,) the outer outline of a rigid region, in the source of the map with this inverse."""
     return inverse(region.rings[0]) if region.of_target else region.rings[0]

@@ -7,7 +7,7 @@ SEEN_FOLDS_SHARE = 2e-3
 WELL_SEEN_SHARE = 0.8
 """Relative to a drawing's painted area: the summary mentions if less is shown or covered."""
 SEEN_CRACKS_SHARE = 5e-3
-"""Relative to the target drawing's painted area: the summary mentions larger cracks."""
+"""Relative to the target drawing's painted area: a note reports larger cracks."""
 CERTAIN_SHARE = 0.99
 """Relative to the source's area: the summary mentions if the map is certified on less."""
 
@@ -71,18 +71,18 @@ def in_short(report: dict[str, Any]) -> str:
     """Return the most important figures in one line.
 
     They are the picture's size, a missed outline, visible and covered shares, uniformity of scale, folds, and
-    seconds, and whether the picture is the numbered checkerboard.
+    seconds, and whether the picture is the numbered checkerboard, or on paper.
     """
-    seconds = report.get("seconds")
+    pixels, seconds = report.get("pixels", {}), report.get("seconds")
     parts = [
-        _picture_size(report.get("pixels", {})),
+        _picture_size(pixels),
         _outline_gap(report),
         _shares_seen(report),
-        _cracks(report),
         _scale(report.get("scale", {})),
         _folds(report["injective"]),
         f"{seconds['total']:.1f} s" if seconds else "",
-        "numbered checkerboard" if report.get("pixels", {}).get("checkerboard") else "",
+        "numbered checkerboard" if pixels.get("checkerboard") else "",
+        f"on paper, {pixels['paper']} (without: --gaps transparent)" if pixels.get("paper") else "",
     ]
     return " · ".join(part for part in parts if part)
 
@@ -105,12 +105,6 @@ def _shares_seen(report: dict[str, Any]) -> str:
     if shown is None or covered is None or min(shown, covered) >= WELL_SEEN_SHARE:
         return ""
     return f"shows {_percent(shown)} of the source, covers {_percent(covered)} of the target"
-
-
-def _cracks(report: dict[str, Any]) -> str:
-    """Return the share of the target drawing that cracks take, if they are visible."""
-    cracks = report.get("cracks") or 0.0
-    return f"CRACKS on {_percent(cracks)} of the target" if cracks > SEEN_CRACKS_SHARE else ""
 
 
 def _scale(scale: dict[str, Any]) -> str:

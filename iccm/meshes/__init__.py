@@ -12,10 +12,12 @@ stretch             singular values of a piecewise linear map, triangle by trian
 locate              the triangles of a flattened patch that contain given points
 surface             positions of points of the plane in the mesh's own texture
 surface_distortion  distortion between surfaces, from a map between their layouts
+views               the sides from which two models are looked at together
 charted             triangles with texture coordinates, and their tangents
 layout              the texel grid of a mesh's charts
 rasterise           triangles that cover texels
 bake                resampling of a texture into a mesh's layout
 relayout            transfer of textures from one layout to another
 render              a picture of a textured surface
+borders             edges at which a seam costs less, because the file has a border there, and lengths of edges for…
 """

@@ -10,17 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Complex, Index
+from ..arrays import Complex, Index, Real
 from ..maps.extended_inverse import ExtendedInverse, bends
 from ..native import function
 from ..parallel import over_slices
-from ..pixels.padding import pad
+from ..pixels.padding import pad_charts
 from ..pixels.sampler import Sampler, put
 from ..pixels.stmap import FINEST_TEXELS_ACROSS, st_of
 from ..pixels.texture import Placing
 from ..plane import cross
 from .flatten import Flattening
-from .layout import Layout
+from .layout import SAME_PLACE, Layout
 from .rasterise import affine
 
 _evaluate = function("""int64_t iccm_meshes_evaluate(
@@ -74,8 +74,7 @@ def bake(
         parts: of the target, each with a separate map.
         grid: their UV layout, triangle for triangle, part after part.
         sampler: the texture.
-        padding: number of texels by which colours extend beyond the charts' seams, -1 for all; by default a
-            thirty-second of the picture, so that mip-maps down to 32 texels do not bleed.
+        padding: number of texels by which colours extend beyond the charts; see `pixels.padding.pad_charts`.
         max_error: largest error of positions in the texture, in texels.
         alpha: whether to add a channel that marks known texels.
         threads: number of threads; by default one per processor.
@@ -90,7 +89,8 @@ def bake(
         colors = sampler(lambda some: part.placing.places(*origins(some)), count, 1)
         return np.column_stack([colors, np.full(count, full, colors.dtype)]) if alpha else colors
 
-    return out, _fill_charts(out, parts, grid, shade, padding, max_error, threads)
+    report = _fill_charts(out, parts, grid, shade, sampler.texture.pixels.shape[1::-1], max_error, threads)
+    return out, report | {"padding": pad_charts(out, grid.owners.owner >= 0, padding, sampler.kind)}
 
 
 def bake_stmap(
@@ -118,7 +118,8 @@ def bake_stmap(
         coordinates[:, :2], coordinates[:, 3] = st_of(part.placing, origins(slice(0, count))[0]), 1
         return coordinates
 
-    return out, _fill_charts(out, parts, grid, shade, padding, max_error / FINEST_TEXELS_ACROSS, threads)
+    report = _fill_charts(out, parts, grid, shade, (1, 1), max_error / FINEST_TEXELS_ACROSS, threads)
+    return out, report | {"padding": pad_charts(out, grid.owners.owner >= 0, padding)}
 
 
 def _fill_charts(
@@ -126,11 +127,11 @@ def _fill_charts(
     parts: Sequence[BakedPart],
     grid: Layout,
     shade: Callable[[BakedPart, Callable[[slice], Origins], int], NDArray],
-    padding: int | None,
+    size: tuple[int, int],
     max_error: float,
     threads: int | None,
 ) -> dict:
-    """Fill the covered texels of a picture and those around them, and return the report."""
+    """Fill the covered texels of a picture, and return the report; `size` is the texture's width and height."""
     firsts = np.cumsum([0, *(len(part.target.patch.faces) for part in parts)])
     sources = [_Source(part, grid, int(first), max_error) for part, first in zip(parts, firsts)]
 
@@ -140,14 +141,27 @@ def _fill_charts(
             put(out[rows].reshape(-1, out.shape[2]), texels, shade(part, origins, texels.size))
 
     over_slices(fill, grid.shape[0], threads, ROWS_AT_ONCE)
-    reach = max(4, max(grid.shape) // 32) if padding is None else padding
-    pad(out, grid.owners.owner >= 0, reach, "nearest")
     return grid.report | {
+        "conflicting_texels": _conflicting_texels(grid, sources, firsts, size),
         "exact_triangles": sum(int(source.exact.sum()) for source in sources),
-        "padding": reach,
         "outside_points": sum(part.inverse.outside for part in parts),
         "outside_distance": max(part.inverse.away / part.target.boundary.diagonal for part in parts),
     }
+
+
+def _conflicting_texels(
+    grid: Layout, sources: Sequence["_Source"], firsts: Index, size: tuple[int, int]
+) -> int:
+    """Count texels in several triangles that show different places of a texture of this size (width, height)."""
+    texels = np.flatnonzero(grid.owners.shared)
+    shown = np.zeros((2, texels.size, 2))
+    for xy, owners in zip(shown, (grid.owners.owner, grid.owners.last)):
+        triangles = owners.ravel()[texels]
+        parts = np.searchsorted(firsts, triangles, side="right") - 1
+        for k, source in enumerate(sources):
+            some = parts == k
+            xy[some] = source.linear_places(triangles[some] - source.first, texels[some])
+    return int((np.abs(shown[0] - shown[1]) > SAME_PLACE * np.array(size)).any(axis=1).sum())
 
 
 class _Source:
@@ -158,6 +172,7 @@ class _Source:
 
     def __init__(self, part: BakedPart, grid: Layout, first: int, max_error: float):
         target, self.inverse, threads = part.target, part.inverse, part.inverse.threads
+        self.placing = part.placing
         self.faces, self.w, self.first = target.patch.faces, target.flat, first
         self.owner = grid.owners.owner
         self.corners = np.ascontiguousarray(grid.corners[first : first + len(self.faces)], np.float64)
@@ -199,6 +214,10 @@ class _Source:
             return result
 
         return texels, origins
+
+    def linear_places(self, owners: Index, texels: Index) -> Real:
+        """Return (p, 2) places in the texture of texels, interpolated in triangles of the part."""
+        return self.placing.places(*self._affine(self.linear, owners, texels, 0)).xy
 
     def _affine(self, coefficients: Complex, owners: NDArray, texels: Index, first: int) -> Origins:
         z, zx, zy = (np.empty(texels.size, complex) for _ in range(3))

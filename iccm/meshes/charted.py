@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Flags, Index, Real, distinct_rows
+from ..arrays import Flags, Index, Real, distinct_rows, unit_vectors
 from ..errors import InputError
 from .mesh import Mesh, check, triangulate
 from .topology import Triangles
@@ -73,10 +73,12 @@ class Charted:
         """(m,) sign of the triangles' upward bitangents relative to normal × tangent, 1 or -1."""
         if self.stated is None:
             return self.mirrored
-        return np.where(self._says, np.where(self.stated[..., 3] < 0, -1, 1), self.mirrored[:, None])[:, 0]
+        return np.where(self._has_tangent, np.where(self.stated[..., 3] < 0, -1, 1), self.mirrored[:, None])[
+            :, 0
+        ]
 
     @property
-    def _says(self) -> Flags:
+    def _has_tangent(self) -> Flags:
         """(m, 3) whether the file has a tangent for the corner."""
         assert self.stated is not None
         return (self.stated[..., :3] != 0).any(axis=2)
@@ -94,22 +96,28 @@ class Charted:
         corners, uv = self.points[self.faces], self.uv[self.uv_faces]
         e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         d1, d2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-        along = _unit((e1 * d2[:, 1:] - e2 * d1[:, 1:]) * self.mirrored[:, None])
+        along = unit_vectors((e1 * d2[:, 1:] - e2 * d1[:, 1:]) * self.mirrored[:, None])
         normal, group = self._normals, self._groups
-        sums = _gathered(group, _angles(corners, normal)[..., None] * _unit(_square(along[:, None], normal)))
-        tangents = _unit(_square(sums, normal))
+        sums = _sum_over_groups(
+            group, _angles(corners, normal)[..., None] * unit_vectors(_orthogonal(along[:, None], normal))
+        )
+        tangents = unit_vectors(_orthogonal(sums, normal))
         if self.stated is None:
             return normal, tangents
-        return normal, np.where(self._says[..., None], _unit(_square(self.stated[..., :3], normal)), tangents)
+        return normal, np.where(
+            self._has_tangent[..., None], unit_vectors(_orthogonal(self.stated[..., :3], normal)), tangents
+        )
 
     @cached_property
     def _normals(self) -> Real:
         """(m, 3, 3) unit normals of the corners."""
         if self.normals is not None and self.normal_faces is not None:
-            return _unit(self.normals[self.normal_faces])
+            return unit_vectors(self.normals[self.normal_faces])
         corners = self.points[self.faces]
-        across = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-        return _unit(_gathered(_same(self.points)[self.faces], _angles(corners)[..., None] * across[:, None]))
+        across = unit_vectors(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        return unit_vectors(
+            _sum_over_groups(_same(self.points)[self.faces], _angles(corners)[..., None] * across[:, None])
+        )
 
     @cached_property
     def _groups(self) -> Index:
@@ -129,12 +137,12 @@ def _same(rows: np.ndarray) -> Index:
     return distinct_rows(rows)[1]
 
 
-def _square(vectors: Real, normal: Real) -> Real:
+def _orthogonal(vectors: Real, normal: Real) -> Real:
     """Return the components of vectors orthogonal to normals."""
     return vectors - normal * np.sum(vectors * normal, axis=-1, keepdims=True)
 
 
-def _gathered(group: Index, values: Real) -> Real:
+def _sum_over_groups(group: Index, values: Real) -> Real:
     """Return (m, 3, 3) sums of values (m, 3, 3) over corners of the same group (m, 3)."""
     flat = values.reshape(-1, 3)
     sums = np.stack([np.bincount(group.ravel(), flat[:, k]) for k in range(3)], axis=-1).astype(
@@ -143,13 +151,9 @@ def _gathered(group: Index, values: Real) -> Real:
     return sums[group]
 
 
-def _unit(vectors: Real) -> Real:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
-
-
 def _angles(corners: Real, normal: Real | None = None) -> Real:
     """Return (m, 3) angles at the corners of triangles (m, 3, 3), projected along normals of the corners if given."""
     a, b = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     if normal is not None:
-        a, b = _square(a, normal), _square(b, normal)
-    return np.arccos(np.clip(np.einsum("mki,mki->mk", _unit(a), _unit(b)), -1, 1))
+        a, b = _orthogonal(a, normal), _orthogonal(b, normal)
+    return np.arccos(np.clip(np.einsum("mki,mki->mk", unit_vectors(a), unit_vectors(b)), -1, 1))

@@ -40,8 +40,8 @@ def open_to_disk(whole: Patch) -> Patch:
         ):  # loops that touch a hole twice divide the surface
             result = whole.cut(_on(whole, *spanning_cut(whole)))
         return result
-    farthest = int(np.argmax(_paths(whole, np.array([0]))[0]))
-    reach, predecessors = _paths(whole, np.array([farthest]))
+    farthest = int(np.argmax(whole.paths(np.array([whole.first_vertex]))[0]))
+    reach, predecessors = whole.paths(np.array([farthest]))
     path = walk(predecessors, int(np.argmax(reach)))
     if len(path) == 2:  # a single edge does not open a surface
         path = _detour(whole, path)
@@ -124,7 +124,7 @@ def _beside_geodesic(whole: Patch, start: int, end: int) -> Real:
 def extend_cut(opening: Patch, to: int) -> Patch:
     """Return the patch cut further, along the shortest path from its boundary to one of its inner vertices."""
     border = np.unique(np.concatenate(opening.loops))
-    return cut_along(opening, [walk(_paths(opening, border)[1], to)])
+    return cut_along(opening, [walk(opening.paths(border)[1], to)])
 
 
 def cut_along(opening: Patch, paths: Sequence[Sequence[int]]) -> Patch:
@@ -137,7 +137,7 @@ def vertex_path(patch: Patch, stops: list[int]) -> Index:
     """Return the vertices along the shortest paths on edges from each of the stops to the next."""
     path = stops[:1]
     for start, end in pairwise(stops):
-        path += walk(_paths(patch, np.array([start]))[1], end)[-2::-1]
+        path += walk(patch.triangles.paths(patch.points, np.array([start]), patch.drawn)[1], end)[-2::-1]
     return np.array(path)
 
 
@@ -150,14 +150,14 @@ def handle_loops(whole: Patch) -> tuple[Index, Index]:
     additional triangle, so that it remains a hole.
     """
     shape = whole.triangles
-    reach, predecessors = _paths(whole, np.array([0]))
+    reach, predecessors = whole.paths(np.array([whole.first_vertex]))
     half = np.flatnonzero((shape.twin > np.arange(shape.twin.size)) | (shape.twin < 0))
     a, b = shape.tail[half], shape.head[half]
     in_tree = (predecessors[a] == b) | (predecessors[b] == a)
     left_face, right_face = half // 3, np.where(shape.twin[half] >= 0, shape.twin[half] // 3, 0)
     right_face = np.where(shape.twin[half] >= 0, right_face, len(shape.faces) + _hole_of(whole, a))
     inner_diagonal = ~whole.drawn[half]
-    length = reach[a] + reach[b] + np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
+    length = reach[a] + reach[b] + whole.seam_lengths[half]
     # edges with the least cost are joined first
     cost = np.where(inner_diagonal, 1.0, 3.0 - length / (length.max() + 1e-300))
     free = np.flatnonzero(~in_tree)
@@ -178,8 +178,8 @@ def spanning_cut(whole: Patch) -> tuple[Index, Index]:
     shape = whole.triangles
     half = np.flatnonzero(shape.twin > np.arange(shape.twin.size))
     a, b = shape.tail[half], shape.head[half]
-    length = np.linalg.norm(whole.points[a] - whole.points[b], axis=1)
-    reach = _paths(whole, np.array([0]))[0]
+    length = whole.seam_lengths[half]
+    reach = whole.paths(np.array([whole.first_vertex]))[0]
     cost = np.where(
         whole.drawn[half], 3.0 - (reach[a] + reach[b] + length) / (2 * reach.max() + length.max()), 0.5
     )
@@ -193,10 +193,6 @@ def spanning_cut(whole: Patch) -> tuple[Index, Index]:
         if not ends.any():
             return a[in_cut], b[in_cut]
         in_cut &= ~ends
-
-
-def _paths(patch: Patch, sources: Index) -> tuple[Real, Index]:
-    return patch.triangles.paths(patch.points, sources, patch.drawn)
 
 
 def _on(patch: Patch, a: Index, b: Index):

@@ -13,6 +13,10 @@ from .mesh import Mesh, check, face_areas, proper, triangulate
 from .patch import Patch
 from .topology import Triangles, firsts, labels
 
+SAME_PLACE_SHARE = 1e-6
+"""Relative to the diagonal: vertices this close coincide. Programs that write a vertex for each face compute their
+positions in single precision, which rounds to a tenth of this."""
+
 
 @dataclass(frozen=True, eq=False)
 class Joined:
@@ -106,7 +110,7 @@ class Joined:
         pieces = self.shape.components().max(initial=0)
         if not pieces:
             return self
-        first, joined = distinct_rows(self.mesh.points[self.vertex])
+        first, joined = _places(self.mesh.points[self.vertex])
         faces = joined[self.shape.faces]
         proper_faces = proper(faces)
         welded = Triangles(faces[proper_faces], first.size)
@@ -143,6 +147,19 @@ class Joined:
     def sizes(self) -> list[int]:
         """Numbers of triangles of the pieces, largest area first."""
         return np.bincount(self.shape.components())[self.order].tolist()
+
+
+def _places(points: Real) -> tuple[Index, Index]:
+    """Return the first of the points (n, 3) at each place, and (n,) the number of each point's place."""
+    from scipy.spatial import cKDTree
+
+    first, place = distinct_rows(points)
+    reach = SAME_PLACE_SHARE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    near = cKDTree(points[first]).query_pairs(reach, output_type="ndarray")
+    if not len(near):
+        return first, place
+    joined = labels(near[:, 0], near[:, 1], first.size)
+    return first[firsts(joined, joined.max() + 1)], joined[place]
 
 
 def disk_patch(

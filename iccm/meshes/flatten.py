@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..arrays import Complex, Index, Real, complex_of, xy_of
 from ..curve import Curve
 from ..plane import cross, rotation, triangle_areas
+from ..sorting import grouped
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
@@ -124,6 +125,37 @@ class Flattening:
             "log10_area": dict(zip(("p05", "median", "p95"), spread)),
             "notes": [*self.patch.notes, *self.notes],
         }
+
+
+def chart_figures(layout: Flattening) -> list[dict]:
+    """Return figures of each chart of a layout, the largest first, for reports.
+
+    They are its number of triangles, its share of the surface, its share of the layout's area, its dilatation, its
+    texel density relative to that of the whole layout, and its box.
+    """
+    patch, area = layout.patch, layout.patch.areas
+    label = patch.triangles.components()
+    major, minor = layout.stretch
+    flat_area = np.abs(major * minor) * area
+    total, flat_total = max(float(area.sum()), 1e-300), max(float(flat_area.sum()), 1e-300)
+    order, starts = grouped(label, int(label.max()) + 1)
+    charts = []
+    for k in range(starts.size - 1):
+        members = order[starts[k] : starts[k + 1]]
+        share, flat_share = area[members].sum() / total, flat_area[members].sum() / flat_total
+        percentiles = weighted_percentiles(layout.dilatation[members], area[members], (50, 95, 100))
+        z = layout.flat[patch.faces[members]]
+        charts.append(
+            {
+                "triangles": int(members.size),
+                "area_share": float(share),
+                "layout_share": float(flat_share),
+                "dilatation": dict(zip(("median", "p95", "max"), percentiles)),
+                "density": float(np.sqrt(flat_share / max(share, 1e-300))),
+                "box": [complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())],
+            }
+        )
+    return sorted(charts, key=lambda chart: -chart["area_share"])
 
 
 def overlap(result: Flattening) -> str | None:
@@ -260,16 +292,14 @@ def farthest(points: Real) -> tuple[int, int]:
 def upright(patch: Patch, flat: Complex) -> Complex:
     """Return flat positions scaled to the surface's area, centred, and rotated to agree best with a view from outside.
 
-    Up is +y, or -z for a surface that faces up or down.
+    Up is the model's up axis; for a surface that faces up or down, the model's back (-z, or +y where z is up).
     """
     corners = patch.points[patch.faces]
     across = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = across.sum(axis=0)
-    up = (
-        np.array([0.0, 1.0, 0.0])
-        if abs(normal[1]) < 0.9 * np.linalg.norm(normal)
-        else np.array([0.0, 0.0, -1.0])
-    )
+    axis = patch.mesh.up_axis
+    back = -np.eye(3)[2] if axis == 1 else np.eye(3)[1]
+    up = np.eye(3)[axis] if abs(normal[axis]) < 0.9 * np.linalg.norm(normal) else back
     right = np.cross(up, normal)
     right = right / max(np.linalg.norm(right), 1e-300)
     up = np.cross(normal, right)

@@ -1,5 +1,6 @@
 """The texel grid of a mesh's UV charts: the triangle of each texel, and problems of the layout."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +9,21 @@ from numpy.typing import NDArray
 from ..arrays import Index, Real, complex_of
 from ..errors import InputError
 from ..plane import orientation
+from .mesh import face_areas
 from .rasterise import Ownership, open_edges, rasterise
 from .topology import labels
 
 MOST_TILES = 64
 """A triangle that spans more pictures is a mistake in the file: tiled textures repeat a few times."""
+SAME_PLACE = 2e-3
+"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024,
+which is hardly visible.
+"""
+CONFLICTING_SHARE = 1e-3
+"""Share of the covered texels: fewer conflicting ones are at most seams of rounded coordinates."""
+ROUNDED_HEIGHT_SHARE = 1e-7
+"""Height of a triangle relative to the mesh's diagonal below which its corners are on a line up to rounding to single
+precision."""
 MOST_COORDINATE = 1e6
 """Largest texture coordinate: beyond, single precision distinguishes fewer than 16 positions across a picture."""
 
@@ -68,11 +79,11 @@ def layout(
     beyond = outside(coordinates)
     wrap = tile is None and bool(beyond.any())
     owners = rasterise(corners, width, height, border=open_edges(uv_faces, twin), wrap=wrap)
-    turn = turns(corners)
+    signed_areas = doubled_areas(corners)
     report = {
         "charts": np.unique(charts(uv_faces, len(uv))[uv_faces[:, 0]]).size,
-        "mirrored_triangles": int((turn > 0).sum()),  # y is down
-        "flat_triangles": int((turn == 0).sum()),
+        "mirrored_triangles": int((signed_areas > 0).sum()),  # y is down
+        "flat_triangles": int((signed_areas == 0).sum()),
         "outside_triangles": int(beyond.sum()),
         "overlapping_texels": owners.overlaps,
         "covered_texels": int(owners.centre.sum()),
@@ -107,14 +118,18 @@ def check_layout(name: str, uv: Real, uv_faces: Index, most: float = MOST_TILES)
     return coordinates
 
 
-def turned_over(corners: Real) -> dict[str, int]:
+def turned_over(corners: Real, space: Real | None = None) -> dict[str, int]:
     """Return how many triangles with texture coordinates (m, 3, 2), v up, are `flipped` or `degenerate`.
 
-    The test is exact.
+    The test is exact. Triangles whose corners in space (m, 3, 3) are on a line do not count: nobody sees them.
     """
-    z = complex_of(corners)
-    turn = orientation(*z.T)
-    return {"flipped": int((turn < 0).sum()), "degenerate": int((turn == 0).sum())}
+    orientations = orientation(*complex_of(corners).T)
+    if space is not None:
+        sides = np.linalg.norm(space - np.roll(space, 1, axis=1), axis=2)
+        size = np.linalg.norm(np.ptp(space.reshape(-1, 3), axis=0))
+        heights = 2 * face_areas(space) / np.maximum(sides.max(axis=1), 1e-300)
+        orientations = orientations[heights > ROUNDED_HEIGHT_SHARE * size]
+    return {"flipped": int((orientations < 0).sum()), "degenerate": int((orientations == 0).sum())}
 
 
 def outside(corners: Real) -> NDArray[np.bool_]:
@@ -123,12 +138,17 @@ def outside(corners: Real) -> NDArray[np.bool_]:
     return (np.minimum(low[:, 0], low[:, 1]) < -1e-9) | (np.maximum(high[:, 0], high[:, 1]) > 1 + 1e-9)
 
 
+def is_stacked(figures: Mapping[str, int]) -> bool:
+    """Return whether many of a layout's covered texels belong to triangles that show different places of a texture."""
+    return figures["conflicting_texels"] > CONFLICTING_SHARE * figures["covered_texels"]
+
+
 def _over_corners(function: np.ufunc, corners: Real) -> Real:
     """Return (m, 2) least or greatest coordinates of (m, 3, 2) corners; NumPy's own reduction over three is slow."""
     return function(function(corners[:, 0], corners[:, 1]), corners[:, 2])
 
 
-def turns(corners: Real) -> Real:
+def doubled_areas(corners: Real) -> Real:
     """Return (m,) twice the signed areas of (m, 3, 2) corners, positive if the orientation is from x to y."""
     e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return e1[:, 0] * e2[:, 1] - e1[:, 1] * e2[:, 0]

@@ -20,7 +20,7 @@ GRID_CELLS_ACROSS = 1024
 """Cells along the longer side of the grid of starting triangles: a walk then passes few of them."""
 
 
-class Places(NamedTuple):
+class LocatorArrays(NamedTuple):
     """Arrays for point location in a kernel.
 
     Attributes:
@@ -72,9 +72,11 @@ class Locator:
         )
 
     @property
-    def places(self) -> Places:
+    def places(self) -> LocatorArrays:
         """The arrays for kernels."""
-        return Places(self.flat, self.faces, self.twin, self.grid, complex(self.low), float(self.scale))
+        return LocatorArrays(
+            self.flat, self.faces, self.twin, self.grid, complex(self.low), float(self.scale)
+        )
 
     @staticmethod
     def _filled(owner: NDArray[np.int32]) -> NDArray[np.int32]:

@@ -41,6 +41,9 @@ class Mesh:
         cut_like: (n, 3) positions that determine the triangulation of polygons instead of `points`, or None.
         normals: (k, 3) unit normals from the file, or None.
         normal_corners: (c,) normal of each corner, or None.
+        materials: (f,) number of each face's material, or None.
+        seams: (k, 2) vertices at the ends of edges that the file marks as seams, or None.
+        up_axis: the axis that points up: 1 for y, 2 for z as in formats for printing.
     """
 
     name: str
@@ -55,6 +58,9 @@ class Mesh:
     cut_like: Real | None = None
     normals: Real | None = None
     normal_corners: Index | None = None
+    materials: Index | None = None
+    seams: Index | None = None
+    up_axis: int = 1
 
     @classmethod
     def triangles(cls, name: str, points: Real, faces: Index, **attributes) -> "Mesh":
@@ -89,6 +95,7 @@ class Mesh:
             uv_corners=None if self.uv_corners is None else self.uv_corners[keep],
             normal_corners=None if self.normal_corners is None else self.normal_corners[keep],
             lines=None if self.lines is None else self.lines[faces],
+            materials=None if self.materials is None else self.materials[faces],
             whole=False,
         )
 
@@ -104,7 +111,18 @@ def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
     stated = all(values is not None for values, _ in normals)
     normal, normal_corners = _united(normals, meshes, 3) if stated else (None, None)
     points = np.concatenate([mesh.points for mesh in meshes])
-    return Mesh(name, points, corners, starts, uv, uv_corners, normals=normal, normal_corners=normal_corners)
+    return Mesh(
+        name,
+        points,
+        corners,
+        starts,
+        uv,
+        uv_corners,
+        normals=normal,
+        normal_corners=normal_corners,
+        materials=np.repeat(np.arange(len(meshes)), [mesh.sizes.size for mesh in meshes]),
+        up_axis=meshes[0].up_axis,
+    )
 
 
 def _united(

@@ -204,7 +204,7 @@ def _areas(corners: Complex) -> Real:
 
 
 def _size(corners: Complex) -> float:
-    """Return the sum of the sides of a chart's box: long charts are the hardest to place."""
+    """Return the area of a chart's box: large charts are the hardest to place."""
     if not corners.size:
         return 0.0
-    return float(np.ptp(corners.real) + np.ptp(corners.imag))
+    return float(np.ptp(corners.real) * np.ptp(corners.imag))

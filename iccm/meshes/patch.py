@@ -7,8 +7,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real
+from ..arrays import Flags, Index, Real
 from ..errors import InputError
+from .borders import GENERIC_DIRECTIONS, preferred_edges, seam_lengths
 from .mesh import Mesh, face_areas, fans
 from .topology import Triangles, firsts
 
@@ -25,6 +26,7 @@ class Patch:
         corner: (m, 3) corner of the mesh for each triangle's corner.
         seam: (s, 2) vertices of the mesh at the ends of the edges that were cut.
         notes: messages about repairs.
+        follows_borders: whether further cuts prefer edges where the file has a border.
     """
 
     mesh: Mesh
@@ -34,6 +36,7 @@ class Patch:
     corner: Index
     seam: Index = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     notes: tuple[str, ...] = ()
+    follows_borders: bool = False
 
     @classmethod
     def of_pieces(cls, mesh: Mesh, pieces: "Sequence[Patch]", corners: Sequence[Index]) -> "Patch":
@@ -98,6 +101,27 @@ class Patch:
         return (twin < 0) | (half_edge_face != half_edge_face[twin])
 
     @cached_property
+    def preferred(self) -> Flags:
+        """(3m,) whether a half-edge is a border in the file, where a seam is preferred."""
+        if not self.follows_borders:
+            return np.zeros(self.triangles.twin.size, bool)
+        return preferred_edges(self.mesh, self.triangles, self.corner)
+
+    @cached_property
+    def seam_lengths(self) -> Real:
+        """(3m,) lengths of half-edges for shortest seams, see `borders.seam_lengths`."""
+        return seam_lengths(self.points, self.triangles, self.preferred)
+
+    def paths(self, sources: Index, *, rims: bool = True) -> tuple[Real, Index]:
+        """Return the shortest seams from vertices, along edges of polygons; see `Triangles.paths`."""
+        return self.triangles.paths(self.points, sources, self.drawn, lengths=self.seam_lengths, rims=rims)
+
+    @property
+    def first_vertex(self) -> int:
+        """The vertex at which searches start: the lowest in a generic direction, whatever the order of vertices."""
+        return int(np.argmin(self.points @ GENERIC_DIRECTIONS[0]))
+
+    @cached_property
     def fans(self) -> tuple[Index, Index]:
         """(k, 3) vertices of the triangles of all fans of its polygons (see `mesh.fans`), and (k,) the face of each."""
         corners, face = fans(self.mesh)
@@ -151,6 +175,7 @@ class Patch:
             self.corner,
             np.concatenate([self.seam, edges]),
             self.notes,
+            self.follows_borders,
         )
 
 

@@ -13,22 +13,18 @@ from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Flags, Index, Real, complex_of, distinct_rows
 from ..parallel import over_slices
-from ..pixels.padding import pad
+from ..pixels.padding import pad_charts
 from ..pixels.sampler import Sampler, put
-from ..pixels.texture import REPEAT, Places, Wrap, wrapped
+from ..pixels.texture import REPEAT, TexturePlaces, Wrap, wrapped
 from ..plane import triangle_areas
 from ..progress import counted
 from .charted import Charted
-from .layout import Layout, charts, check_layout, layout
+from .disk_patch import SAME_PLACE_SHARE
+from .layout import SAME_PLACE, Layout, charts, check_layout, layout
 from .locate import barycentric, in_basis
 from .mesh import face_areas
 from .surface import texels
 
-SAME_PLACE_SHARE = 1e-6  # relative to the diagonal: corners this close are the same
-SAME_PLACE = 2e-3
-"""Difference of texture coordinates below which two triangles show the same place: two texels of 1024,
-which is hardly visible.
-"""
 POINTS_AT_ONCE = 5_000
 """Points that are located at a time; this takes 0.8 s on a busy machine for 82k triangles (measured)."""
 TILE_GRID_CELLS = 1024  # across a grid on which overlaps of tiles are detected: the texels of a usual texture
@@ -239,7 +235,7 @@ class Origin:
         size: tuple[int, int],
         tiles: Box | None = None,
         wrap: Wrap = REPEAT,
-    ) -> Places:
+    ) -> TexturePlaces:
         """Return positions of texels (p,) of the new layout in a texture of the old one.
 
         Args:
@@ -251,14 +247,14 @@ class Origin:
         new_triangles, weights, triangle, old_weights = self._on_old(rows, columns)
         corners = texels(self.old.uv[self.old.uv_faces[triangle]], size, tiles, wrap)
         steps = self._steps(new_triangles)
-        turn = np.empty((new_triangles.size, 4))
+        jacobian = np.empty((new_triangles.size, 4))
         edges = self.old.points[self.old.faces[triangle]]
         d = corners[:, 1:] - corners[:, :1]
         for k, step in enumerate(steps):
-            turn[:, k::2] = np.einsum("pk,pkc->pc", in_basis(edges[:, 1:] - edges[:, :1], step), d)
-        places = Places(
+            jacobian[:, k::2] = np.einsum("pk,pkc->pc", in_basis(edges[:, 1:] - edges[:, :1], step), d)
+        places = TexturePlaces(
             _interpolate(corners, old_weights),
-            turn,
+            jacobian,
             *self._directions(new_triangles, weights, triangle, old_weights),
         )
         return wrapped(places, size, wrap) if tiles is None else places
@@ -303,9 +299,11 @@ def texels_across(
     if not rows.size:
         return 0
     height, width = probe.grid.shape
-    turn = probe.places(rows, columns, size, tiles, wrap).turn * (width, height, width, height)
-    turn = np.clip(turn, -MOST_TEXELS_ACROSS, MOST_TEXELS_ACROSS)
-    square, area = np.sum(turn * turn, axis=1), turn[:, 0] * turn[:, 3] - turn[:, 1] * turn[:, 2]
+    jacobian = probe.places(rows, columns, size, tiles, wrap).jacobian * (width, height, width, height)
+    jacobian = np.clip(jacobian, -MOST_TEXELS_ACROSS, MOST_TEXELS_ACROSS)
+    square = np.sum(jacobian * jacobian, axis=1)
+    area = jacobian[:, 0] * jacobian[:, 3] - jacobian[:, 1] * jacobian[:, 2]
+    # squares of the larger singular values
     most = (square + np.sqrt(np.maximum(square * square - 4 * area * area, 0))) / 2
     most[_are_spots(probe.old, probe.triangles[rows, columns], size, tiles)] = COLOUR_TEXELS_ACROSS**2
     owners = probe.grid.owners.owner[rows, columns]
@@ -452,14 +450,13 @@ def carry(
         sampler: the texture.
         limit: largest distance from the old mesh.
         tiles, wrap: as for `Origin.places`.
-        padding: number of texels by which colours extend beyond the charts; by default a thirty-second of the
-            picture, -1 for all.
+        padding: see `pixels.padding.pad_charts`.
         threads: number of threads; by default one per processor.
     """
     reached = origin.reached(limit)
     out = np.zeros((*origin.grid.shape, sampler.channels), sampler.dtype)
     paint(out, origin, sampler, reached, tiles=tiles, wrap=wrap, threads=threads)
-    spread(out, reached, padding)
+    pad_charts(out, reached, padding, sampler.kind)
     return out
 
 
@@ -488,11 +485,6 @@ def paint(
     for mesh in (origin.old, origin.new):  # computed once, not in every thread
         _ = mesh.frames, mesh.hands
     over_slices(fill, len(out), threads, ROWS_AT_ONCE)
-
-
-def spread(out: NDArray, known: Flags, padding: int | None) -> None:
-    """Extend the colours of known texels beyond the charts; `padding` as for `carry`."""
-    pad(out, known, max(4, max(out.shape[:2]) // 32) if padding is None else padding, "nearest")
 
 
 def partners(old: Charted, new: Charted) -> tuple[Index, Index]:
@@ -574,7 +566,8 @@ def _barycentric(corners: Real, columns: NDArray, rows: NDArray, shape: tuple[in
     """
     height, width = shape
     centers = np.column_stack([columns + 0.5, rows + 0.5])
-    if wraps:  # texels that wrapped around are far from their triangles
+    if wraps:
+        # move centres that wrapped around by whole pictures, back to within half a texel of their triangles
         low, high, size = corners.min(axis=1) - 0.5, corners.max(axis=1) + 0.5, np.array([width, height])
         centers += size * (
             np.ceil(np.maximum(low - centers, 0) / size) - np.ceil(np.maximum(centers - high, 0) / size)

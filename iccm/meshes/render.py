@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Index, Real
+from ..arrays import Index, Real, unit_vectors
 from ..native import function
 from ..pixels.sampler import Sampler
-from ..pixels.texture import Places
+from ..pixels.texture import TexturePlaces
 from .rasterise import affine
 
 _nearest = function("""int64_t iccm_meshes_nearest(
@@ -36,7 +36,14 @@ def view(points: Real, faces: Index) -> Real:
 
 
 def render(
-    points: Real, faces: Index, uv: Real, sampler: Sampler | None, size: int, axes: Real | None = None
+    points: Real,
+    faces: Index,
+    uv: Real,
+    sampler: Sampler | None,
+    size: int,
+    axes: Real | None = None,
+    *,
+    shaded: bool = True,
 ) -> NDArray[np.uint8]:
     """Return an (h, w, 4) picture with transparent background, `size` pixels along its longer side.
 
@@ -47,6 +54,7 @@ def render(
         sampler: the texture, None for plain clay.
         size: pixels along the longer side.
         axes: the view axes; those of `view` if None.
+        shaded: whether there is a lamp; otherwise the texture's colours are shown as they are.
     """
     axes = view(points, faces) if axes is None else axes
     projected = points @ axes.T
@@ -62,8 +70,10 @@ def render(
     covered = np.flatnonzero(owner >= 0)
     triangles = owner.ravel()[covered]
     colour = _texels(corners, uv, triangles, covered, width, sampler)
-    shade = affine(corners, _light(points, faces, axes))[triangles]
-    light = shade[:, 0] + shade[:, 1] * (covered % width + 0.5) + shade[:, 2] * (covered // width + 0.5)
+    light = np.ones(covered.size)
+    if shaded:
+        shade = affine(corners, _light(points, faces, axes))[triangles]
+        light = shade[:, 0] + shade[:, 1] * (covered % width + 0.5) + shade[:, 2] * (covered // width + 0.5)
     picture = np.zeros((height * width, 4), np.float32)
     picture[covered, :3] = colour * light[:, None]
     picture[covered, 3] = 1.0
@@ -105,15 +115,11 @@ def _light(points: Real, faces: Index, axes: Real) -> Real:
     mean = np.zeros_like(points)
     for k in range(3):
         np.add.at(mean, faces[:, k], across)
-    flat, smooth = _unit(across)[:, None], _unit(mean)[faces]
+    flat, smooth = unit_vectors(across)[:, None], unit_vectors(mean)[faces]
     is_smooth = np.einsum("mij,mkj->mk", flat, smooth) > CREASE_COSINE
     normal = np.where(is_smooth[..., None], smooth, flat)
     lamp = axes.T @ np.array([-0.35, 0.5, 0.8])
     return AMBIENT_SHARE + (1 - AMBIENT_SHARE) * np.abs(normal @ (lamp / np.linalg.norm(lamp)))
-
-
-def _unit(vectors: Real) -> Real:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)
 
 
 def _texels(
@@ -125,10 +131,10 @@ def _texels(
     down = affine(corners, uv[..., 1])
     x, y = covered % width + 0.5, covered // width + 0.5
 
-    def places(p: slice) -> Places:
+    def places(p: slice) -> TexturePlaces:
         u, v = across[triangles[p]], down[triangles[p]]
         xy = np.column_stack([c[:, 0] + c[:, 1] * x[p] + c[:, 2] * y[p] for c in (u, v)])
-        return Places(xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]]))
+        return TexturePlaces(xy, np.column_stack([u[:, 1], u[:, 2], v[:, 1], v[:, 2]]))
 
     pixels = sampler(places, covered.size)
     top = np.iinfo(pixels.dtype).max if pixels.dtype.kind == "u" else 1

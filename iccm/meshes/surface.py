@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Box, Complex, Real, xy_of
-from ..pixels.texture import REPEAT, Places, Wrap, wrapped
+from ..pixels.texture import REPEAT, TexturePlaces, Wrap, wrapped
 from ..plane import cross
-from .layout import turns
+from .layout import doubled_areas
 from .locate import Locator
 
 # Number of tiles after which a wrapped picture repeats; 0 for never.
@@ -35,11 +35,11 @@ class Surface:
     def scale(self) -> tuple[float, float]:
         """Texels per unit of length, across and down: the square root of the ratio of areas."""
         corners = self.locator.flat[self.locator.faces]
-        plane_area = np.abs(turns(xy_of(corners))).sum()
-        texel_area = np.abs(turns(self.corners)).sum()
+        plane_area = np.abs(doubled_areas(xy_of(corners))).sum()
+        texel_area = np.abs(doubled_areas(self.corners)).sum()
         return (float(np.sqrt(texel_area / plane_area)),) * 2
 
-    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> TexturePlaces:
         """Return the same as `Placing.places`."""
         triangle, weights = self.locator(z, 1)
         place = np.einsum("pk,pkc->pc", weights, self.corners[triangle])
@@ -47,15 +47,17 @@ class Surface:
         e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
         area = cross(e1, e2)
         d1, d2 = (self.corners[triangle, k] - self.corners[triangle, 0] for k in (1, 2))
-        turn = np.empty((z.size, 4))
+        jacobian = np.empty((z.size, 4))
         for k, step in enumerate((right, down)):
             s, t = cross(step, e2) / area, cross(e1, step) / area
-            turn[:, k::2] = s[:, None] * d1 + t[:, None] * d2
+            jacobian[:, k::2] = s[:, None] * d1 + t[:, None] * d2
         determinant = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
         # Direction in which x grows and y is constant.
         tangent = np.sign(determinant) * (e1 * d2[:, 1] - e2 * d1[:, 1])
         steps = (step * tangent.conj() for step in (right, down))
-        places = Places(place, turn, *(np.where(determinant > 0, step.conj(), step) for step in steps))
+        places = TexturePlaces(
+            place, jacobian, *(np.where(determinant > 0, step.conj(), step) for step in steps)
+        )
         return places if self.wrap is None else wrapped(places, self.size, self.wrap)
 
     @classmethod

@@ -10,8 +10,12 @@ from ..plane import diagonal
 from .flatten import Flattening, weighted_percentiles
 from .locate import Locator
 from .stretch import Linear, laid_flat, linear
+from .views import views
 
 NEAR_SHARE = 1e-3  # relative to the diagonal: the default tolerance of outlines
+
+LEAST_CORRELATION = 0.4
+"""Correlation of corresponding points, after the best rotation, below which there is no such rotation."""
 
 
 def on_surfaces(flat: Distortion, layouts: tuple[Flattening | None, Flattening | None]) -> Distortion:
@@ -79,6 +83,35 @@ def gap_between(source: Flattening, target: Flattening) -> float:
         tree.init(points, faces)
         gaps.append(np.quantile(np.sqrt(tree.squared_distance(points, faces, queries)[0]), 0.95))
     return float(max(gaps) / np.linalg.norm(np.ptp(target.patch.points, axis=0)))
+
+
+def tilt(flat: Distortion, source: Flattening, target: Flattening) -> float:
+    """Return the angle by which a map turns the source, seen from the front of both models, or from above.
+
+    In degrees, counter-clockwise; `views` says which side that is.
+
+    It is the rotation between corresponding points that fits best, where right and up are each model's own, scaled to
+    the same deviation. It is 0 where no rotation fits well, as for points around a closed surface that is turned about
+    its axis.
+
+    Args:
+        flat: samples of the map between the planes, with their positions.
+        source: layout of the source.
+        target: layout of the target.
+    """
+    before, after = (
+        _standardized(view.plan(_in_space(layout, z)))
+        for view, layout, z in zip(views(source.patch, target.patch), (source, target), (flat.z, flat.w))
+    )
+    weight = flat.area / flat.area.sum()
+    correlation = complex((weight * after * before.conj()).sum()) / 2
+    return float(np.degrees(np.angle(correlation))) if abs(correlation) >= LEAST_CORRELATION else 0.0
+
+
+def _standardized(points: Complex) -> Complex:
+    """Return points (k,) relative to their mean, and both coordinates to their deviations."""
+    right, up = ((x - x.mean()) / max(float(x.std()), 1e-300) for x in (points.real, points.imag))
+    return right + 1j * up
 
 
 def distances_at(pairs: Complex, source: Flattening, target: Flattening) -> Real:

@@ -158,6 +158,7 @@ class Triangles:
         usable: NDArray[np.bool_],
         factors: Real | None = None,
         *,
+        lengths: Real | None = None,
         rims: bool = True,
     ) -> tuple[Real, Index]:
         """Return (n,) the length of the shortest path from a source, and the previous vertex on it.
@@ -169,6 +170,7 @@ class Triangles:
             sources: vertices.
             usable: (3m,) half-edges.
             factors: (n,) factors for the length of edges; an edge has the mean of those of both ends.
+            lengths: (3m,) lengths of half-edges; those between the points if None.
             rims: whether boundary edges have a length; otherwise it is zero.
         """
         from scipy.sparse import coo_matrix
@@ -176,7 +178,7 @@ class Triangles:
 
         half = np.flatnonzero(usable & ((self.twin < 0) | (self.twin > np.arange(self.twin.size))))
         a, b = self.tail[half], self.head[half]
-        length = np.linalg.norm(points[a] - points[b], axis=1)
+        length = np.linalg.norm(points[a] - points[b], axis=1) if lengths is None else lengths[half]
         if factors is not None:
             length = length * 0.5 * (factors[a] + factors[b])
         if not rims:
@@ -189,9 +191,10 @@ class Triangles:
 
     def along(self, ends: tuple[Index, Index]) -> NDArray[np.bool_]:
         """Return (3m,) whether half-edges are on the edges between ends[0] and ends[1]."""
-        return np.isin(self._edge_key(self.tail, self.head), self._edge_key(*ends))
+        return np.isin(self.edge_key(self.tail, self.head), self.edge_key(*ends))
 
-    def _edge_key(self, a: Index, b: Index) -> Index:
+    def edge_key(self, a: Index, b: Index) -> Index:
+        """Return (k,) numbers of the edges between vertices a (k,) and b (k,), the same in both directions."""
         return np.minimum(a, b) * self.count + np.maximum(a, b)
 
 

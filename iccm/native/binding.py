@@ -214,7 +214,8 @@ def _argument(text: str) -> Any:
 def _array(match: re.Match[str]) -> Any:
     """Return the ctypes converter of an array."""
     dtype = np.dtype(ARRAYS[match["type"]])
-    return _constant(match["name"], dtype) if match["const"] else _written(match["name"], dtype)
+    converter = _readonly_converter if match["const"] else _writable_converter
+    return converter(match["name"], dtype)
 
 
 Bytes: Any = ctypes.c_char * 0
@@ -222,7 +223,9 @@ ADDRESS: Callable[[Any], Any] = Bytes.from_buffer
 """Returns an object at the address of a contiguous, writable array; five times as fast as NumPy's `ctypes`."""
 
 
-def _written(name: str, dtype: np.dtype) -> Any:
+def _writable_converter(name: str, dtype: np.dtype) -> Any:
+    """Return the ctypes converter of an array that the core reads and writes; `name` is for messages."""
+
     class Written:
         """Converter of an array that is read and written."""
 
@@ -238,7 +241,9 @@ def _written(name: str, dtype: np.dtype) -> Any:
     return Written
 
 
-def _constant(name: str, dtype: np.dtype) -> Any:
+def _readonly_converter(name: str, dtype: np.dtype) -> Any:
+    """Return the ctypes converter of an array that the core only reads; `name` is for messages."""
+
     class Constant:
         """Converter of an array that is only read."""
 

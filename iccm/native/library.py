@@ -36,10 +36,13 @@ def library() -> ctypes.CDLL:
         return _load(f"core-{variant}")
     if platform.machine() not in ("x86_64", "AMD64"):
         return _load("core")
-    baseline = _load("core-x86-64")
-    level = baseline.iccm_runtime_x86_64_level
-    level.restype = ctypes.c_int64
-    return _load("core-x86-64-v3") if level() >= 3 else baseline
+    if (FOLDER / f"core-x86-64-v3{ENDING}").is_file():  # a checkout has one variant only
+        wide = _load("core-x86-64-v3")
+        level = wide.iccm_runtime_x86_64_level
+        level.restype = ctypes.c_int64
+        if level() >= 3:
+            return wide
+    return _load("core-x86-64")
 
 
 def _load(name: str) -> ctypes.CDLL:
@@ -47,7 +50,7 @@ def _load(name: str) -> ctypes.CDLL:
     if not file.is_file():
         raise CoreMissing(
             f"{file}: the compiled core is missing; install iccm again, or in a checkout run: "
-            f"{sys.executable} core/compile.py"
+            f"{sys.executable} core/compile.py iccm/native/lib"
         )
     try:
         return ctypes.CDLL(str(file))

@@ -9,9 +9,9 @@
 | §3.2, Eq. 8: f = C φ + conj(C) ψ | `maps.harmonic.HarmonicMap`, `energies.Basis` |
 | Eq. 9: dilatation K; E_q | `maps.distortion.dilatation`; `energies.quasiconformal` |
 | §3.3: γ strokes; α E_s; deformation | `energies.stroke`; `energies.smoothness`; `algorithm1.deform` |
-| §3.4, Eq. 13: first-order distance | `least_squares.System._first_order` |
+| §3.4, Eq. 13: first-order distance | `least_squares.LeastSquares._first_order` |
 | §4.1: consistency energy μ | `energies.consistency` |
-| §4.1: one least squares system | `least_squares.System`, `algorithm1.assemble` |
+| §4.1: one least squares system | `least_squares.LeastSquares`, `algorithm1.assemble` |
 
 normalised     problems in coordinates in which both shapes have radius one
 algorithm1     local and global steps until the energy converges; deformation
@@ -23,15 +23,15 @@ least_squares  one weighted system of all energies
 from .algorithm1 import assemble, deform, discretise, finish, iterate, solve
 from .energies import Basis
 from .initial import constraint_points
-from .least_squares import System
+from .least_squares import LeastSquares
 from .normalised import NormalisedProblem
 
 __all__ = ["deform", "solve"]
 # The conformal method continues with the paper's iteration from another start.
 __all__ += [
     "Basis",
+    "LeastSquares",
     "NormalisedProblem",
-    "System",
     "assemble",
     "constraint_points",
     "discretise",

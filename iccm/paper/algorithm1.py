@@ -16,8 +16,18 @@ from ..problem import Problem
 from ..result import Fit
 from ..status import Status
 from . import initial
-from .energies import Basis, Target, Term, closeness, consistency, points, quasiconformal, smoothness, stroke
-from .least_squares import System
+from .energies import (
+    Basis,
+    EnergyTerm,
+    Target,
+    closeness,
+    consistency,
+    points,
+    quasiconformal,
+    smoothness,
+    stroke,
+)
+from .least_squares import LeastSquares
 from .normalised import NormalisedProblem, measure_of
 
 PAPER_VERTICES = 200  # default number of evenly spaced vertices: enough for outlines that bend as letters do
@@ -51,13 +61,13 @@ def deform(problem: Problem, settings: Options) -> Fit:
     return finish(problem, normalised.in_plane(basis.polygon, *basis.split(x)), energies, status)
 
 
-def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, Real, Basis, System]:
+def _discretised(problem: NormalisedProblem, settings: Options) -> tuple[Curve, Real, Basis, LeastSquares]:
     """Return the polygon, the source's arclengths at its vertices, the basis functions, and the system of energies."""
     polygon, s = discretise(problem.source, "source" if settings.literal else settings.vertices)
     basis = Basis(polygon.z, settings.quasi is not None)
     terms = assemble(problem, settings, basis, polygon)
     tangential = settings.tangential if settings.order == 1 else 1.0
-    return polygon, s, basis, System(terms, tangential, 1.0 if settings.literal else 1 - tangential)
+    return polygon, s, basis, LeastSquares(terms, tangential, 1.0 if settings.literal else 1 - tangential)
 
 
 def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
@@ -83,7 +93,7 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
 
 def assemble(
     problem: NormalisedProblem, settings: Options, basis: Basis, polygon: Curve, share: Real | None = None
-) -> list[Term]:
+) -> list[EnergyTerm]:
     """Return all energies of a problem (paper §4.1).
 
     `share` (n,) are the weights of the vertices, by default their shares of the boundary's length.
@@ -94,7 +104,7 @@ def assemble(
     z, measure = polygon.sample(per_edge), np.repeat(0.5 * (share + np.roll(share, -1)) / per_edge, per_edge)
     boundary = boundary_samples(polygon.z, per_edge) if settings.literal else z
     tangent = settings.order == 1
-    terms: list[Term] = []
+    terms: list[EnergyTerm] = []
     if problem.target is not None:
         terms.append(closeness(basis, boundary, measure, problem.target, tangent=tangent))
     if problem.pins.size:
@@ -122,7 +132,7 @@ def samples_of_edge(settings: Options) -> Real:
     return (np.arange(count) + 0.5) / count
 
 
-def literal(terms: list[Term], radius: float) -> list[Term]:
+def literal(terms: list[EnergyTerm], radius: float) -> list[EnergyTerm]:
     """Scale the energies as the paper defines them: sums over samples in the original coordinates.
 
     `radius` is the source's radius in these coordinates; that of the target is a common factor of all energies.
@@ -134,7 +144,7 @@ def literal(terms: list[Term], radius: float) -> list[Term]:
 
 
 def first_targets(
-    problem: NormalisedProblem, settings: Options, system: System, polygon: Curve, s: Real, basis: Basis
+    problem: NormalisedProblem, settings: Options, system: LeastSquares, polygon: Curve, s: Real, basis: Basis
 ) -> list[Target]:
     """Return ŵ⁰: by arclength, or closest points of the map from the constraints (§3.1); without normals."""
     if problem.pins.size or problem.strokes:
@@ -146,7 +156,9 @@ def first_targets(
     return [Target(t.points) for t in guess]
 
 
-def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, list[dict[str, float]], Status]:
+def iterate(
+    system: LeastSquares, x: Complex, settings: Options
+) -> tuple[Complex, list[dict[str, float]], Status]:
     """Run Algorithm 1 until the energy converges; return coefficients, energies of all iterations, and the status.
 
     Energies compare the map with its own closest points. No zeroth-order step increases them. A first-order step is
@@ -168,7 +180,7 @@ def iterate(system: System, x: Complex, settings: Options) -> tuple[Complex, lis
     return x, energies, Status.LIMIT
 
 
-def _descend(system: System, x: Complex, targets: list[Target], most: float):
+def _descend(system: LeastSquares, x: Complex, targets: list[Target], most: float):
     """Take a global step, halved until the energy is at most `most`, and the local step after it.
 
     Returns the old state where no such step is found.

@@ -82,7 +82,7 @@ class Basis:
 
 
 @dataclass(frozen=True, eq=False)
-class Term:
+class EnergyTerm:
     """One energy.
 
     Attributes:
@@ -142,33 +142,35 @@ def fixed(points: Complex) -> Callable[[Complex], Target]:
     return lambda image: target
 
 
-def closeness(basis: Basis, z: Complex, measure: Real, curve: Curve, *, tangent: bool = False) -> Term:
+def closeness(basis: Basis, z: Complex, measure: Real, curve: Curve, *, tangent: bool = False) -> EnergyTerm:
     """Return E_c = ‖C f̂ - ŵ‖² on boundary samples z (§2.2), or its first-order form (§3.4)."""
-    return Term("closeness", 1.0, basis.positions(z), measure, closest(curve, tangent=tangent), tangent)
+    return EnergyTerm("closeness", 1.0, basis.positions(z), measure, closest(curve, tangent=tangent), tangent)
 
 
-def points(basis: Basis, source: Complex, target: Complex, weight: float) -> Term:
+def points(basis: Basis, source: Complex, target: Complex, weight: float) -> EnergyTerm:
     """Return E_p = β‖C_P f̂ - v̂‖² (§3.1), the mean over the pins."""
-    return Term("pins", weight, basis.positions(source), _even(source.size), fixed(target))
+    return EnergyTerm("pins", weight, basis.positions(source), _even(source.size), fixed(target))
 
 
-def stroke(basis: Basis, source: Complex, target: Curve, weight: float, *, tangent: bool = False) -> Term:
+def stroke(
+    basis: Basis, source: Complex, target: Curve, weight: float, *, tangent: bool = False
+) -> EnergyTerm:
     """Return E_s2s = γ‖C_sk f̂ - t̂‖² (§3.3), the mean over the samples of one stroke."""
     follow = closest(target, tangent=tangent)
-    return Term("strokes", weight, basis.positions(source), _even(source.size), follow, tangent)
+    return EnergyTerm("strokes", weight, basis.positions(source), _even(source.size), follow, tangent)
 
 
-def quasiconformal(basis: Basis, z: Complex, measure: Real, weight: float) -> Term:
+def quasiconformal(basis: Basis, z: Complex, measure: Real, weight: float) -> EnergyTerm:
     """Return E_q = ‖conj(D) ψ‖² (§3.2, Eq. 10)."""
-    return Term("quasiconformal", weight, basis.antiholomorphic(z), measure, fixed(np.zeros_like(z)))
+    return EnergyTerm("quasiconformal", weight, basis.antiholomorphic(z), measure, fixed(np.zeros_like(z)))
 
 
-def smoothness(basis: Basis, z: Complex, measure: Real, weight: float) -> Term:
+def smoothness(basis: Basis, z: Complex, measure: Real, weight: float) -> EnergyTerm:
     """Return E_s = α‖D2 f̂‖² (§3.3): |Φ″|² + |Ψ″|² at z, in two rows per sample if the map is harmonic."""
     return _vanishing("smoothness", weight, basis.second_derivatives(z), measure)
 
 
-def consistency(basis: Basis, measure: Real, weight: float) -> Term:
+def consistency(basis: Basis, measure: Real, weight: float) -> EnergyTerm:
     """Return μ‖(C_v - I) f̂‖², which is zero for boundary values that the coordinates reproduce. Not in the paper.
 
     Half of the span of C is not consistent in this way; least squares would use it to fit noise, which folds the map.
@@ -176,10 +178,12 @@ def consistency(basis: Basis, measure: Real, weight: float) -> Term:
     return _vanishing("consistency", weight, basis.inconsistency(), measure)
 
 
-def _vanishing(name: str, weight: float, matrix: Complex, measure: Real) -> Term:
+def _vanishing(name: str, weight: float, matrix: Complex, measure: Real) -> EnergyTerm:
     """Return a term with target zero; if the matrix has rows for φ and for ψ, both get the same measure."""
     rows = matrix.shape[0]
-    return Term(name, weight, matrix, np.tile(measure, rows // measure.size), fixed(np.zeros(rows, complex)))
+    return EnergyTerm(
+        name, weight, matrix, np.tile(measure, rows // measure.size), fixed(np.zeros(rows, complex))
+    )
 
 
 def _even(count: int) -> Real:

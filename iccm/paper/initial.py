@@ -8,8 +8,8 @@ import scipy.linalg
 from ..arrays import Complex, Real
 from ..curve import Curve
 from ..plane import Similarity
-from .energies import Basis, Target, Term, fixed, points, smoothness
-from .least_squares import System
+from .energies import Basis, EnergyTerm, Target, fixed, points, smoothness
+from .least_squares import LeastSquares
 from .normalised import NormalisedProblem, measure_of
 
 LEAST_SHRINKAGE_RATIO = 0.05  # a fitted similarity with a smaller scale is not meaningful
@@ -46,11 +46,11 @@ def from_constraints(problem: NormalisedProblem, basis: Basis, polygon: Curve) -
     z, measure, pins = polygon.sample(1), measure_of(polygon, 1), problem.pins.shape[0]
     terms = [
         smoothness(conformal, z, measure, 1e-4),
-        Term("size", 1e-4, conformal.positions(z), measure, fixed(np.zeros_like(z))),
+        EnergyTerm("size", 1e-4, conformal.positions(z), measure, fixed(np.zeros_like(z))),
         points(conformal, source, missing, 1.0),
     ]
     x, free = least_norm(conformal.positions(source[:pins]), missing[:pins])
-    reduced = System([replace(t, matrix=t.matrix @ free) for t in terms])
+    reduced = LeastSquares([replace(t, matrix=t.matrix @ free) for t in terms])
     goals = [Target(t.follow(t.matrix @ x).points - t.matrix @ x) for t in terms]
     return basis.coefficients(x + free @ reduced.solve(goals) + conformal.similarity(scale, shift))
 

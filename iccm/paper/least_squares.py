@@ -6,12 +6,12 @@ import numpy as np
 import scipy.linalg
 
 from ..arrays import Complex
-from .energies import Target, Term
+from .energies import EnergyTerm, Target
 
 RANK_CUT_SHARE = 1e-10  # relative to the largest singular value: smaller ones come from rounding
 
 
-class System:
+class LeastSquares:
     """The problem min_x Σ_terms E(x) for changing targets and fixed matrices.
 
     Terms whose target has normals N get the first-order distance of Eq. 13, ν |Re(conj(N)(M x - w))|² + λ |M x - w|².
@@ -21,7 +21,7 @@ class System:
     Cholesky factorization is stable where that of C*C would not be.
     """
 
-    def __init__(self, terms: Sequence[Term], tangential: float = 1.0, normal: float | None = None):
+    def __init__(self, terms: Sequence[EnergyTerm], tangential: float = 1.0, normal: float | None = None):
         """Factorize the terms; `tangential` is λ, 1 for the zeroth order; `normal` is ν, by default 1 - λ."""
         self.terms = list(terms)
         self.tangential = tangential

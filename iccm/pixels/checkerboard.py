@@ -28,7 +28,8 @@ def checkerboard(size: int = 1024, cells: int = 8) -> NDArray[np.uint8]:
         InputError: There is no pixel or no cell.
 
     Examples:
-        >>> checkerboard(64, cells=4).shape
+        >>> import iccm
+        >>> iccm.checkerboard(64, cells=4).shape
         (64, 64, 3)
     """
     if size < 1 or cells < 1:

@@ -129,7 +129,7 @@ def _reflected_band(whole: preimages.Bands, line: float | None, mirrored: bool, 
     return replace(band, z=z, right=right, down=down, coverage=covered)
 
 
-class Cut:
+class PaintedMap:
     """A map restricted to the area that a drawing paints, for pictures and STMaps.
 
     Args:
@@ -186,7 +186,7 @@ class Faded:
 
     Args:
         map: source → target, of any kind.
-        rings: boundaries of the painted area, as for `Cut`.
+        rings: boundaries of the painted area, as for `PaintedMap`.
         opacity: of what lies outside, from 0 to 1.
     """
 

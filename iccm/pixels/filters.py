@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import Real
-from ..native import function
+from ..native import Record, function
 from .canvas import Band
 from .colour import Float, byte_edges
 from .pyramid import Pyramid
@@ -23,11 +23,11 @@ _nearest = function(
     "int64_t iccm_pixels_nearest(const Pyramid *picture, const double *xy, int64_t count, float *out)"
 )
 _filter = function("""int64_t iccm_pixels_filter(
-    const Pyramid *picture, const double *xy, const double *turn, int64_t count, int64_t kernel, bool clamped,
+    const Pyramid *picture, const double *xy, const double *jacobian, int64_t count, int64_t kernel, bool clamped,
     float *out)""")
 _spline = function("""int64_t iccm_pixels_spline(
     const float *coefficients, int64_t height, int64_t width, int64_t c, int64_t edge, const double *xy,
-    const double *turn, int64_t count, float *out)""")
+    const double *jacobian, int64_t count, float *out)""")
 _paint = function("""int64_t iccm_pixels_paint(
     const Pyramid *picture, const Complex *z, const Complex64 *right, const Complex64 *down, const float *covered,
     int64_t rows, int64_t width, int64_t first, int64_t last, const double *corner, int64_t kernel, bool clamped,
@@ -61,19 +61,23 @@ def paint(
     """
     z, covered = np.ascontiguousarray(band.z, np.complex128), np.ascontiguousarray(band.coverage, np.float32)
     right, down = (np.ascontiguousarray(slope, np.complex64) for slope in (band.right, band.down))
-    _paint(
-        *(tex.picture, z, right, down, covered, *z.shape, *columns),
-        *(np.array(corner), kind, clamped, alpha, *byte_edges(), out),
-    )
+
+    def work(picture: Record, row: int) -> int:
+        """Paint the rows of the band from this one on."""
+        rows = (part[row:] for part in (z, right, down, covered))
+        place = (len(z) - row, z.shape[1], *columns, np.array(corner))
+        return _paint(picture, *rows, *place, kind, clamped, alpha, *byte_edges(), out[row:])
+
+    tex.filtered(work)
 
 
-def read(tex: Pyramid, xy: Real, turn: Real, kind: int, clamped: bool = False) -> Float:
+def read(tex: Pyramid, xy: Real, jacobian: Real, kind: int, clamped: bool = False) -> Float:
     """Filter a picture at points.
 
     Args:
         tex: the picture.
         xy: (p, 2) texel coordinates, x right, y down, the first texel's centre at 0.5.
-        turn: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
+        jacobian: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
         kind: one of FILTERS.
         clamped: as for `paint`; ignored by NEAREST and SPLINE.
 
@@ -81,13 +85,19 @@ def read(tex: Pyramid, xy: Real, turn: Real, kind: int, clamped: bool = False) -
         (p, c) values.
     """
     c, count = tex.base.shape[2], len(xy)
-    xy, turn = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(turn, np.float64)
+    xy, jacobian = np.ascontiguousarray(xy, np.float64), np.ascontiguousarray(jacobian, np.float64)
     numbers = np.empty(count * c + LANE_NUMBERS, np.float32)
     out = numbers[:-LANE_NUMBERS].reshape(-1, c)
-    if kind == NEAREST:
-        _nearest(tex.picture, xy, count, out)
-        return out
-    _filter(tex.picture, xy, turn, count, CUBIC if kind == SPLINE else kind, clamped, numbers)
+    kernel = CUBIC if kind == SPLINE else kind
+
+    def work(picture: Record, first: int) -> int:
+        """Filter the points from this one on."""
+        points, count = xy[first:], len(xy) - first
+        if kind == NEAREST:
+            return _nearest(picture, points, count, out[first:])
+        return _filter(picture, points, jacobian[first:], count, kernel, clamped, numbers[first * c :])
+
+    tex.filtered(work)
     if kind == SPLINE and tex.spline.size:
-        _spline(tex.spline, *tex.spline.shape, tex.edge, xy, turn, count, out)
+        _spline(tex.spline, *tex.spline.shape, tex.edge, xy, jacobian, count, out)
     return out

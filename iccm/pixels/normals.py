@@ -8,7 +8,7 @@ from ..arrays import Complex
 
 def rotate(
     stored: NDArray[np.float32],
-    turn: Complex,
+    rotation: Complex,
     dtype: np.dtype,
     *,
     up: bool,
@@ -20,7 +20,7 @@ def rotate(
 
     Args:
         stored: (p, 3) normals as 0..1.
-        turn: (p,) complex numbers with the angles; not zero.
+        rotation: (p,) complex numbers with the angles; not zero.
         dtype: type of the picture before and after.
         up: whether y is stored upwards.
         mirrored: (p,) normals whose y is then negated.
@@ -28,7 +28,7 @@ def rotate(
     top = 1.0 if dtype.kind == "f" else float(np.iinfo(dtype).max)
     middle, span = (0.5, 0.5) if top == 1 else ((top + 1) / 2 / top, (top - 1) / 2 / top)
     n = (stored - middle) / span
-    flat = (n[:, 0] + 1j * (n[:, 1] if up else -n[:, 1])) * turn / np.abs(turn)
+    flat = (n[:, 0] + 1j * (n[:, 1] if up else -n[:, 1])) * rotation / np.abs(rotation)
     if mirrored is not None:
         flat = np.where(mirrored, flat.conj(), flat)
     n[:, 0], n[:, 1] = flat.real, flat.imag if up else -flat.imag

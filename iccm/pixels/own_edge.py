@@ -84,7 +84,7 @@ def _inside(texture: Texture, outlines: Sequence[Complex]) -> NDArray[np.bool_]:
     left, top, across, down = texture.corner
     height, width = texture.pixels.shape[:2]
     inside = np.zeros((height, width), np.bool_)
-    for z in map(texture.turned_back, outlines):
+    for z in map(texture.rotated_back, outlines):
         inside ^= coverage((z.real - left) * across + 1j * (top - z.imag) * down, 0, height, width)[1]
     return inside
 

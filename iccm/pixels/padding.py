@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from .raster import depths, doubled, nearest
 
+FLAT_NORMAL = (128 / 255, 128 / 255, 1.0)
+"""The neutral normal of a normal map, from 0 to 1; 128 of 255 is what programs write for 0."""
 BAND_ROWS = 64
 """Rows that are filled at once from their nearest pixels."""
 
@@ -32,6 +34,33 @@ def pad(pixels: NDArray, known: NDArray[np.bool_], reach: int, method: str = "pu
     for k in range(pixels.shape[2]):
         filled = _push_pull(pixels[..., k].astype(np.float32), levels)[unknown]
         pixels[unknown, k] = np.rint(filled) if pixels.dtype.kind != "f" else filled
+
+
+def pad_charts(pixels: NDArray, known: NDArray[np.bool_], padding: int | None, kind: str = "colour") -> int:
+    """Fill the texels between the charts of a layout in place, so that mip-maps do not show what lies there.
+
+    Colours and data extend from the nearest chart, by default over the whole picture, so that no mip level bleeds.
+    Normals extend by a thirty-second of the picture; beyond, they are flat, which is also their mean.
+
+    Args:
+        pixels: (h, w, c) of any type.
+        known: (h, w) marks the texels of charts.
+        padding: texels by which to extend, -1 for all; None for the default.
+        kind: of the channels, see `pixels.sampler.KINDS`.
+
+    Returns:
+        The texels by which they were extended, -1 for all.
+    """
+    is_normal = kind.startswith("normal")
+    if padding is None:
+        padding = max(4, max(pixels.shape[:2]) // 32) if is_normal else -1
+    if is_normal:
+        most = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
+        flat = np.array(FLAT_NORMAL) * most
+        pixels[~known, :3] = flat if pixels.dtype.kind == "f" else np.rint(flat)
+        pixels[~known, 3:] = most
+    pad(pixels, known, padding, "nearest")
+    return padding
 
 
 def fill_from_nearest(

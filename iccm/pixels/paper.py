@@ -61,12 +61,14 @@ HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
 HAIRLINE_SHARE = 1e-3
 """Of the diagonal of a target: a line of this width along an outline is hardly seen."""
+CLEAR_TEXELS = 8
+"""Between a tone and the texture's edge: more than the reach of filters at the texture's own resolution."""
 EXAMINED_PIXELS = 256
 """Of the longer side of the copy in which rim and silhouette are examined."""
 LUMINANCE_WEIGHTS = (0.2126, 0.7152, 0.0722)  # of red, green and blue in linear light (IEC 61966-2-1)
 
 
-class Ground(NamedTuple):
+class Backdrop(NamedTuple):
     """What is seen below a drawing, as colours (c,) in the stored encoding of a texture, from 0 to 1.
 
     Attributes:
@@ -125,13 +127,16 @@ def on_paper(texture: Texture, painted: Sequence[Complex] = ()) -> Texture:
 
 
 def _extended(texture: Texture, box: tuple[complex, complex]) -> Texture:
-    """Return a texture with transparent texels around it, so that it contains a box."""
+    """Return a texture with transparent texels around it, so that it contains a box with CLEAR_TEXELS around.
+
+    What lies at the texture's edge would be continued beyond it.
+    """
     height, width = texture.pixels.shape[:2]
     low, high = texture.box
     step = complex((high - low).real / width, (high - low).imag / height)
     below, above = low - box[0], box[1] - high
     left, bottom, right, top = (
-        max(0, int(np.ceil(extent)))
+        max(0, int(np.ceil(extent)) + CLEAR_TEXELS)
         for extent in (
             below.real / step.real,
             below.imag / step.imag,
@@ -155,15 +160,15 @@ def without_holes(rings: Sequence[Complex]) -> list[Complex]:
     return rings_of(unite(shapely.Polygon(xy_of(ring)) for ring in rings if polygon_area(ring) > 0))
 
 
-def cleared(area: shapely.Geometry, holes: Sequence[Complex]) -> list[Complex]:
-    """Return the boundaries of a target's area without the part in holes of a drawing; it encloses as much as before.
+def cleared(area: shapely.Geometry, outlines: Sequence[Complex]) -> list[Complex]:
+    """Return the boundaries of a target's area without the part below a drawing; it encloses as much as before.
 
-    Then paper is seen in the holes, such as windows and the inside of letters, and no parts of the target, which would
-    be taken for parts of the drawing.
+    Then paper is seen in the drawing's holes, such as windows and the inside of letters, and through its transparent
+    parts, and no parts of the target, which would be taken for parts of the drawing.
 
     Args:
         area: What the target paints.
-        holes: Boundaries of the drawing's holes, in the target's plane.
+        outlines: Outer boundaries of the drawing's parts, in the target's plane.
 
     Returns:
         Closed outlines: those of parts counter-clockwise, those of holes clockwise.
@@ -172,9 +177,9 @@ def cleared(area: shapely.Geometry, holes: Sequence[Complex]) -> list[Complex]:
     hairline = HAIRLINE_SHARE * abs(high - low)
     # the outer boundaries stay, between which paper lies
     inside = shapely.buffer(fill_holes(area), -hairline)
-    polygons = [shapely.make_valid(shapely.Polygon(xy_of(hole))) for hole in holes]
-    # also below the edge of the drawing, so that none is seen there
-    below = unite(shapely.buffer(polygons, hairline))
+    polygons = [shapely.make_valid(shapely.Polygon(xy_of(outline))) for outline in outlines]
+    # less than the drawing, so that no paper is seen around it
+    below = unite(shapely.buffer(polygons, -hairline))
     return rings_of(shapely.difference(area, shapely.intersection(below, inside)))
 
 
@@ -184,7 +189,7 @@ def _share_of(painted: Sequence[Complex], texture: Texture) -> Float:
     return painted_share(painted, Canvas(width, height, texture.box))
 
 
-def ground_of(texture: Texture, *, toned: bool = False) -> Ground:
+def ground_of(texture: Texture, *, toned: bool = False) -> Backdrop:
     """Return the colours below a texture with alpha; with `toned`, paper and a tone on it if there may be one."""
     values = decode(
         texture.pixels, texture.alpha, srgb=False, associated=texture.associated, premultiply=True
@@ -195,7 +200,7 @@ def ground_of(texture: Texture, *, toned: bool = False) -> Ground:
     few = values[::step, ::step]
     rim = flat_rim(few, texture.alpha)
     if rim is not None:
-        return Ground(rim)  # what the picture lies on, and not paper
+        return Backdrop(rim)  # what the picture lies on, and not paper
     mean = np.array([values[..., k].sum(dtype=np.float64) for k in colours]) / painted
     share = _share_of_ink(mean, texture.transfer == "srgb")
     paper = None if share is None else _mixed(mean, share)
@@ -208,10 +213,12 @@ def ground_of(texture: Texture, *, toned: bool = False) -> Ground:
         if unseen > HARDLY_SEEN_SHARE and unseen_on_dark < unseen:
             paper = None
     if paper is None:
-        return Ground(dark, (DARK_TONE_SHARE * mean).astype(np.float32) if toned else None)
+        return Backdrop(dark, (DARK_TONE_SHARE * mean).astype(np.float32) if toned else None)
     if not toned or share is None:
-        return Ground(paper)
-    return Ground(_mixed(mean, share - GAP_PAPER_SHARE), _tone(mean, silhouette, texture.transfer == "srgb"))
+        return Backdrop(paper)
+    return Backdrop(
+        _mixed(mean, share - GAP_PAPER_SHARE), _tone(mean, silhouette, texture.transfer == "srgb")
+    )
 
 
 def _tone(mean: Real, silhouette: Float, is_srgb: bool) -> Float:

@@ -178,7 +178,7 @@ def blurred(pixels: NDArray, sigma: float) -> Float:
 
 
 @dataclass(frozen=True, eq=False)
-class Pieces:
+class Components:
     """The connected components of a mask.
 
     Attributes:
@@ -206,7 +206,7 @@ class Pieces:
         return np.append(False, is_chosen)[self.labels]
 
 
-def pieces(mask: NDArray[np.bool_], *, diagonally: bool) -> Pieces:
+def pieces(mask: NDArray[np.bool_], *, diagonally: bool) -> Components:
     """Find the connected components of a mask (h, w).
 
     Args:
@@ -220,4 +220,4 @@ def pieces(mask: NDArray[np.bool_], *, diagonally: bool) -> Pieces:
     boxes = [
         (rows.start, columns.start, rows.stop, columns.stop) for rows, columns in ndimage.find_objects(labels)
     ]
-    return Pieces(labels, sizes, np.array(boxes, np.int64).reshape(-1, 4))
+    return Components(labels, sizes, np.array(boxes, np.int64).reshape(-1, 4))

@@ -1,6 +1,7 @@
 """Filter a texture at scattered points with their footprints, and encode the results like stored pixels."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from . import colour, filters, pyramid
 from .canvas import Band
 from .colour import Float
 from .normals import rotate
-from .texture import Places, Texture, check_kind, mend, strip_bytes
+from .texture import Texture, TexturePlaces, check_kind, mend, strip_bytes
 
 LARGE_VALUES = 1 << 27
 """Number of values of a texture from which it is not converted to floats: they would take half a gigabyte."""
@@ -98,41 +99,56 @@ class Sampler:
 
     def _pyramid(self, edge: int, threads: int | None) -> pyramid.Pyramid:
         pixels, texture, memory = self.texture.pixels, self.texture, self.memory
-        threads = memory.threads(threads, strip_bytes(*pixels.shape), "the texture")
         over, reduced = texture.alpha if self.mixes else -1, self.filter != filters.NEAREST
-        ready: Callable[[NDArray], Float]
+        ready: pyramid.Rows
         if pixels.dtype.kind == "u" and not texture.associated:
             decode = colour.tables(pixels.dtype, self.channels, texture.alpha, srgb=self.srgb)
             if pixels.size > LARGE_VALUES:
                 return pyramid.compact(
-                    pixels, decode, over, edge, memory, threads, reduced=reduced, clamped=self.clamped
+                    pixels, decode, over, edge, memory, reduced=reduced, clamped=self.clamped
                 )
 
-            def ready(rows: NDArray) -> Float:
-                return pyramid.ready(rows, decode, over)
+            def ready(rows: Any, out: Float | None) -> Float:
+                return pyramid.ready(pixels[rows], decode, over, out)
         else:
 
-            def ready(rows: NDArray) -> Float:
+            def ready(rows: Any, out: Float | None) -> Float:
                 premultiply, associated = self.mixes or texture.associated, texture.associated
-                return colour.decode(
-                    rows, texture.alpha, srgb=self.srgb, associated=associated, premultiply=premultiply
+                values = colour.decode(
+                    pixels[rows],
+                    texture.alpha,
+                    srgb=self.srgb,
+                    associated=associated,
+                    premultiply=premultiply,
                 )
+                if out is not None:
+                    out[:] = values
+                return values
 
         picture = memory(pixels.shape, np.float32)
+        smooth = self.filter == filters.SPLINE
+        mended = pixels.dtype.kind == "f" and reduced
+        if mended:
+            self._decode_all(picture, ready, threads)
+            mend(picture, over, memory, threads)
+        return pyramid.pyramid(
+            picture, edge, memory, None if mended else ready,
+            reduced=reduced, spline=smooth, clamped=self.clamped,
+        )  # fmt: skip
+
+    def _decode_all(self, picture: Float, ready: pyramid.Rows, threads: int | None) -> None:
+        """Fill in a picture whose texels are mended together, if some of them are not finite."""
+        threads = self.memory.threads(threads, strip_bytes(*picture.shape), "the texture")
 
         def strip(part: slice) -> None:
-            picture[part] = ready(pixels[part])
-            memory.release()
+            ready(part, picture[part])
+            self.memory.release()
 
-        over_slices(strip, len(pixels), threads, pyramid.strip_rows(*pixels.shape[1:]))
-        if pixels.dtype.kind == "f" and reduced:
-            mend(picture, over, memory, threads)
-        smooth = self.filter == filters.SPLINE
-        return pyramid.pyramid(
-            picture, edge, memory, threads, reduced=reduced, spline=smooth, clamped=self.clamped
-        )
+        over_slices(strip, len(picture), threads, pyramid.strip_rows(*picture.shape[1:]))
 
-    def __call__(self, places: Callable[[slice], Places], count: int, threads: int | None = None) -> NDArray:
+    def __call__(
+        self, places: Callable[[slice], TexturePlaces], count: int, threads: int | None = None
+    ) -> NDArray:
         """Return (count, c) pixels in the texture's stored form.
 
         Args:
@@ -149,22 +165,22 @@ class Sampler:
         over_slices(fill, count, threads, SLICE_POINTS)
         return out
 
-    def values(self, places: Places) -> Float:
+    def values(self, places: TexturePlaces) -> Float:
         """Return (p, c) filtered values in linear light; normals are rotated."""
-        values = filters.read(self.pyramid, places.xy, places.turn, self.filter, self.clamped)
+        values = filters.read(self.pyramid, places.xy, places.jacobian, self.filter, self.clamped)
         if self.kind.startswith("normal"):
             assert places.right is not None
             assert places.down is not None
-            turn = np.where(places.right != 0, places.right, 1).conj()
+            rotation = np.where(places.right != 0, places.right, 1).conj()
             mirrored = cross(places.right, places.down) > 0
             up = self.kind == "normal"
-            values[:, :3] = rotate(values[:, :3], turn, self.dtype, up=up, mirrored=mirrored)
+            values[:, :3] = rotate(values[:, :3], rotation, self.dtype, up=up, mirrored=mirrored)
         return values
 
     @property
     def paints(self) -> bool:
         """Whether `paint` supports the texture and filter: sRGB bytes, read by a kernel."""
-        kernel = self.filter not in (filters.NEAREST, filters.SPLINE) and self.texture.turn == 1
+        kernel = self.filter not in (filters.NEAREST, filters.SPLINE) and self.texture.rotation == 1
         return self.srgb and self.dtype == np.uint8 and not self.texture.associated and kernel
 
     def paint(self, band: Band, columns: tuple[int, int], out: NDArray[np.uint8]) -> None:

@@ -67,9 +67,9 @@ def stmap(
         yield block
 
 
-def flat(box: Box, turn: complex = 1) -> Texture:
-    """Return a texture of one texel that covers a box of the plane, rotated about its middle by `turn`."""
-    return Texture(np.zeros((1, 1, 1), np.uint8), box, turn=turn)
+def flat(box: Box, rotation: complex = 1) -> Texture:
+    """Return a texture of one texel that covers a box of the plane, rotated about its middle by `rotation`."""
+    return Texture(np.zeros((1, 1, 1), np.uint8), box, rotation=rotation)
 
 
 def st_of(placing: Placing, z: Complex) -> Real:
@@ -83,7 +83,7 @@ def point_of(lying: Texture, st: Real) -> Complex:
     """Convert s and t (p, 2) to points (p,) of the source's plane; inverse of `st_of` for a texture in that plane."""
     low, size = lying.box[0], lying.box[1] - lying.box[0]
     z, middle = low + st[:, 0] * size.real + 1j * st[:, 1] * size.imag, low + size / 2
-    return middle + (z - middle) * lying.turn
+    return middle + (z - middle) * lying.rotation
 
 
 def transform(st: NDArray, box: Box, canvas: Canvas) -> Transform:

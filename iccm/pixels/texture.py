@@ -16,7 +16,7 @@ from .pyramid import strip_rows
 
 _place = function("""int64_t iccm_pixels_place(
     const Complex *z, const Complex *right, const Complex *down, int64_t count, const double *corner,
-    double *xy, double *turn)""")
+    double *xy, double *jacobian)""")
 Corner = tuple[float, float, float, float]
 MENDING_BYTES_PER_TEXEL = 48  # working memory in bytes per texel where some are not finite: arrays counted
 
@@ -71,18 +71,18 @@ def mend(picture: Float, alpha: int = -1, memory: Memory | None = None, threads:
         pad(picture[..., k : k + 1], known, -1)
 
 
-class Places(NamedTuple):
+class TexturePlaces(NamedTuple):
     """Places of points in a texture.
 
     Attributes:
         xy: (p, 2) texel coordinates, x right, y down.
-        turn: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
+        jacobian: (p, 4) their derivatives by the output's x and y: dx/dx, dx/dy, dy/dx, dy/dy.
         right, down: (p,) for normals, directions of the output's x and y on the textured surface: 1 is the direction of
             the texture's x, 1j is perpendicular to it on the side of the texture's upward y.
     """
 
     xy: Real
-    turn: Real
+    jacobian: Real
     right: NDArray | None = None
     down: NDArray | None = None
 
@@ -94,7 +94,7 @@ class Placing(Protocol):
     def scale(self) -> tuple[float, float]:
         """Texels per unit of the source's plane, across and down."""
 
-    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> TexturePlaces:
         """Return the places of points z (p,), given their derivatives (p,) by the output's x and y."""
 
 
@@ -107,9 +107,9 @@ Wrap = tuple[str, str]
 REPEAT: Wrap = ("repeat", "repeat")
 
 
-def wrapped(places: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> Places:
+def wrapped(places: TexturePlaces, size: tuple[float, float], wrap: Wrap = REPEAT) -> TexturePlaces:
     """Map places beyond the edges of a picture of this size (width, height) into it."""
-    xy, turn = places.xy.copy(), places.turn.copy()
+    xy, jacobian = places.xy.copy(), places.jacobian.copy()
     for k, (extent, how) in enumerate(zip(size, wrap)):
         beyond = np.flatnonzero((xy[:, k] < -ROUNDED_TEXELS) | (xy[:, k] > extent + ROUNDED_TEXELS))
         if how == "clamp" or not beyond.size:
@@ -118,8 +118,8 @@ def wrapped(places: Places, size: tuple[float, float], wrap: Wrap = REPEAT) -> P
         if how == "mirror":
             odd = beyond[tile % 2 == 1]
             xy[odd, k] = extent - xy[odd, k]
-            turn[odd, 2 * k : 2 * k + 2] *= -1
-    return places._replace(xy=xy, turn=turn)
+            jacobian[odd, 2 * k : 2 * k + 2] *= -1
+    return places._replace(xy=xy, jacobian=jacobian)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ class Wrapped:
         """See `Placing.scale`."""
         return self.texture.scale
 
-    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> TexturePlaces:
         """See `Placing.places`."""
         height, width = self.texture.pixels.shape[:2]
         return wrapped(self.texture.places(z, right, down), (width, height), self.wrap)
@@ -150,7 +150,7 @@ class Texture:
         alpha: index of the alpha channel, or -1.
         transfer: "srgb" or "linear", the encoding of the colour channels.
         associated: whether they are premultiplied by alpha.
-        turn: unit complex number by which the picture is rotated about the middle of its box.
+        rotation: unit complex number by which the picture is rotated about the middle of its box.
     """
 
     pixels: NDArray
@@ -158,7 +158,7 @@ class Texture:
     alpha: int = -1
     transfer: str = "srgb"
     associated: bool = False
-    turn: complex = 1
+    rotation: complex = 1
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -171,17 +171,17 @@ class Texture:
         """x and y of the upper left corner in the source's plane, without the rotation, and the scale."""
         return (self.box[0].real, self.box[1].imag, *self.scale)
 
-    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> TexturePlaces:
         """See `Placing.places`."""
-        xy, turn = np.empty((z.size, 2)), np.empty((z.size, 4))
-        if self.turn != 1:
-            back = np.complex64(self.turn.conjugate())
-            z, right, down = self.turned_back(z), right * back, down * back
+        xy, jacobian = np.empty((z.size, 2)), np.empty((z.size, 4))
+        if self.rotation != 1:
+            back = np.complex64(self.rotation.conjugate())
+            z, right, down = self.rotated_back(z), right * back, down * back
         points, across, below = (np.ascontiguousarray(part, np.complex128) for part in (z, right, down))
-        _place(points, across, below, z.size, np.array(self.corner), xy, turn)
-        return Places(xy, turn, right, down)
+        _place(points, across, below, z.size, np.array(self.corner), xy, jacobian)
+        return TexturePlaces(xy, jacobian, right, down)
 
-    def turned_back(self, z: Complex) -> Complex:
+    def rotated_back(self, z: Complex) -> Complex:
         """Rotate points of the source's plane back to where they would be if the picture were not rotated."""
         middle = (self.box[0] + self.box[1]) / 2
-        return middle + (z - middle) * self.turn.conjugate()
+        return middle + (z - middle) * self.rotation.conjugate()

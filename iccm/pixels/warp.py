@@ -14,7 +14,7 @@ from . import preimages
 from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .preimages import AnyMap
 from .sampler import SLICE_POINTS, Sampler, put
-from .texture import Places, Placing, Texture
+from .texture import Placing, Texture, TexturePlaces
 
 __all__ = ["Box", "Canvas", "Sampler", "Texture", "Warp", "Warped", "padded", "warp", "whole"]
 
@@ -207,7 +207,7 @@ class Warp:
             values[positions] += also.share[mixed_index, None] * (second_values - values[positions])
         return values
 
-    def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> Places:
+    def _places(self, z: Complex, right: NDArray[np.complex64], down: NDArray[np.complex64]) -> TexturePlaces:
         """Return the places of source points in the texture; normals are rotated by the map's angle."""
         places = self.placing.places(z, right, down)
         if not self.sampler.kind.startswith("normal"):

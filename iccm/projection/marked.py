@@ -112,7 +112,8 @@ def revolved(
 
     p = np.array(points)
     upper, lower = p[:3], p[5:2:-1]
-    if (triangle_areas(np.stack([p[[0, 2, 0]], p[[2, 3, 3]], p[[3, 5, 5]]], axis=0)[[0, 2]]) > 0).any():
+    # clockwise: along the upper edge, and back along the lower one
+    if (triangle_areas(np.array([p[[0, 2, 3]], p[[0, 3, 5]]])) > 0).any():
         raise InputError(_ORDER)
     principal, longer = (box[0] + box[1]) / 2, max(np.ptp(np.real(box)), np.ptp(np.imag(box)))
     usual = (focal_mm or USUAL_FOCAL_MM) / FRAME_WIDTH_MM * longer
@@ -120,45 +121,68 @@ def revolved(
     surface = Revolved(top / 2, bottom / 2, height)
     half_height = surface.size[1] / 2
 
-    def camera(values: Real) -> Camera:
-        rotation = _rotation(values[:3])
-        focal = usual * (1 if focal_mm else np.exp(values[9]))
-        # the object is at `direction` times its distance in front of the camera
-        distance = np.exp(values[5])
-        place = np.array([values[3], values[4], -1.0]) * distance
+    def camera(x: _Unknowns) -> Camera:
+        rotation = _rotation(np.array([x.rotation_x, x.rotation_y, x.rotation_z]))
+        focal = usual * (1 if focal_mm else np.exp(x.log_focal))
+        place = np.array([x.across, x.up, -1.0]) * np.exp(x.log_distance)
         return Camera(rotation, -rotation.T @ place, focal, principal)
 
-    def misses(values: Real) -> Complex:
-        angles = values[6] * np.array([-1, 0, 1]) + [0, values[7], 0]
-        below = values[6] * np.array([-1, 0, 1]) + [0, values[8], 0]
-        sheet = surface.radius * np.concatenate([angles, below]) + 1j * half_height * np.repeat([1, -1], 3)
-        return camera(values).image(surface.place(sheet)) - np.concatenate([upper, lower])
+    def misses(x: _Unknowns) -> Complex:
+        half = x.half_angle
+        angles = np.array([-half, x.upper_middle, half, -half, x.lower_middle, half])
+        sheet = surface.radius * angles + 1j * half_height * np.repeat([1, -1], 3)
+        return camera(x).image(surface.place(sheet)) - np.concatenate([upper, lower])
 
     def residuals(values: Real) -> Real:
-        away = misses(values) / spread
-        priors = np.array([values[7] / MIDDLE_SPREAD, values[8] / MIDDLE_SPREAD, values[9] / FOCAL_SPREAD])
+        x = _Unknowns(*values)
+        away = misses(x) / spread
+        priors = [x.upper_middle / MIDDLE_SPREAD, x.lower_middle / MIDDLE_SPREAD, x.log_focal / FOCAL_SPREAD]
         return np.concatenate([away.real, away.imag, priors])
 
     best = None
     for pitch in (None, 0.2, -0.2):
         start = _start(upper, lower, surface, usual, principal, pitch)
-        low, high = np.full(10, -np.inf), np.full(10, np.inf)
-        low[6], high[6] = 0.02, np.pi / 2
-        solution = least_squares(
-            residuals, np.clip(start, low + 1e-9, high - 1e-9), bounds=(low, high), x_scale="jac"
-        )
+        low = np.array(_Unknowns(*np.full(len(start), -np.inf))._replace(half_angle=0.02))
+        high = np.array(_Unknowns(*np.full(len(start), np.inf))._replace(half_angle=np.pi / 2))
+        inside = np.clip(start, low + 1e-9, high - 1e-9)
+        solution = least_squares(residuals, inside, bounds=(low, high), x_scale="jac")
         if best is None or solution.cost < best.cost:
             best = solution
     assert best is not None
-    error = float(np.abs(misses(best.x)).max())
+    solved = _Unknowns(*best.x)
+    error = float(np.abs(misses(solved)).max())
     extent = max(np.ptp(p.real), np.ptp(p.imag))
     if not error <= MISFIT_SHARE * extent:
         raise InputError(
             f"the points are up to {error:.0f} pixels from those of a label of this size; {_ORDER}, and check the sizes"
         )
-    used = camera(best.x)
-    label = 2 * surface.radius * float(best.x[6]), 2 * half_height
+    used = camera(solved)
+    label = 2 * surface.radius * float(solved.half_angle), 2 * half_height
     return Found(Projected(surface, used, label), error, used.focal / longer * FRAME_WIDTH_MM)
+
+
+class _Unknowns(NamedTuple):
+    """What the fit of a label solves for.
+
+    Attributes:
+        rotation_x, rotation_y, rotation_z: rotation vector of the camera, in radians.
+        across, up: offset of the object from the camera's axis, relative to its distance.
+        log_distance: logarithm of the distance.
+        half_angle: radians from the label's middle to its ends, around the axis.
+        upper_middle, lower_middle: radians by which the points marked near the middle are off it.
+        log_focal: logarithm of the focal length relative to the usual one; unused if it is given.
+    """
+
+    rotation_x: float
+    rotation_y: float
+    rotation_z: float
+    across: float
+    up: float
+    log_distance: float
+    half_angle: float
+    upper_middle: float
+    lower_middle: float
+    log_focal: float
 
 
 _ORDER = (
@@ -169,7 +193,7 @@ _ORDER = (
 
 def _start(
     upper: Complex, lower: Complex, surface: Revolved, focal: float, principal: complex, pitch: float | None
-) -> Real:
+) -> _Unknowns:
     """Return first values for `revolved`, as if the camera were far away.
 
     Args:
@@ -191,11 +215,20 @@ def _start(
         pitch = float(np.arcsin(np.clip(np.mean(np.real(bends)) / depth, -0.9, 0.9)))
     roll = float(np.angle(upright / 1j))
     # the axis of the camera's rotation, first about x and then in the picture
-    rotation = _vector(_rotation(np.array([0, 0, roll])) @ _rotation(np.array([pitch, 0, 0])))
+    x, y, z = _vector(_rotation(np.array([0, 0, roll])) @ _rotation(np.array([pitch, 0, 0])))
     middle = np.concatenate([upper[[0, 2]], lower[[0, 2]]]).mean() - principal
     scale /= np.cos(pitch)
-    return np.array(
-        [*rotation, middle.real / focal, middle.imag / focal, np.log(focal / scale), half, 0, 0, 0]
+    return _Unknowns(
+        rotation_x=x,
+        rotation_y=y,
+        rotation_z=z,
+        across=middle.real / focal,
+        up=middle.imag / focal,
+        log_distance=np.log(focal / scale),
+        half_angle=half,
+        upper_middle=0,
+        lower_middle=0,
+        log_focal=0,
     )
 
 

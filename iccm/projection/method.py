@@ -26,7 +26,7 @@ LEFT_OUT_SHARE = 0.01
 
 
 @dataclass(frozen=True)
-class Canvas:
+class FlatView:
     """A flat picture, which is a sheet itself; a `View`.
 
     Attributes:
@@ -77,7 +77,7 @@ def solve(source: View, target: View, names: tuple[str, str] = ("source", "targe
         with naming(name):
             visible.append(view.visible(size))
     # the mesh is made in the chart of the side that is not flat, in which its triangles have a good shape
-    base = 0 if isinstance(target, Canvas | Planar) else 1
+    base = 0 if isinstance(target, FlatView | Planar) else 1
     region, partner = visible[base], visible[1 - base]
     if not partner.equals(rectangle(sizes[1 - base])):
         region = region.intersection(_rescaled(partner, sizes[1 - base], sizes[base]))

@@ -27,7 +27,7 @@ CHART_GRID_SHARE = 1e-9
 """Relative to a sphere's radius: points of neighbouring cells that are closer than this are the same."""
 
 
-class Surface(Protocol):
+class SheetSurface(Protocol):
     """A surface on which a sheet lies."""
 
     @property
@@ -66,24 +66,24 @@ class Flat:
 
     @property
     def size(self) -> tuple[float, float]:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return self.width, self.height
 
     def place(self, sheet: Complex) -> Real:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return np.stack([sheet.real, sheet.imag, np.zeros(np.shape(sheet))], axis=-1)
 
     def facing(self, centre: Real, label: tuple[float, float]) -> shapely.Geometry:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return rectangle(label) if centre[2] > 0 else shapely.Polygon()
 
     def sheet(self, chart: Complex, centre: Real) -> Complex:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return chart
 
     @property
     def extremes(self) -> Real:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return self.place(_corners(self.size))
 
 
@@ -114,17 +114,17 @@ class Revolved:
 
     @property
     def size(self) -> tuple[float, float]:
-        """See `Surface`; the height is measured on the surface."""
+        """See `SheetSurface`; the height is measured on the surface."""
         return 2 * np.pi * self.radius, float(np.hypot(self.height, self.top - self.bottom))
 
     def place(self, sheet: Complex) -> Real:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         angle, y = np.real(sheet) / self.radius, np.imag(sheet) * self.height / self.size[1]
         radius = self.radius + self.slope * y
         return np.stack([radius * np.sin(angle), y, radius * np.cos(angle)], axis=-1)
 
     def facing(self, centre: Real, label: tuple[float, float]) -> shapely.Geometry:
-        """See `Surface`. A tangent plane touches a cone along a line, so that the contour consists of such lines."""
+        """See `SheetSurface`. A tangent plane touches a cone along a line, so the contour consists of such lines."""
         away = float(np.hypot(centre[0], centre[2]))
         cosine = (self.radius + self.slope * centre[1]) / away if away else np.inf
         if cosine >= 1:
@@ -145,12 +145,12 @@ class Revolved:
         return shapely.union_all(strips).intersection(rectangle(whole))
 
     def sheet(self, chart: Complex, centre: Real) -> Complex:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return chart
 
     @property
     def extremes(self) -> Real:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         width, height = self.size
         along = np.linspace(-width / 2, width / 2, 721)
         return self.place(np.concatenate([along - 0.5j * height, along + 0.5j * height]))
@@ -169,11 +169,11 @@ class Ball:
 
     @property
     def size(self) -> tuple[float, float]:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         return 2 * np.pi * self.radius, np.pi * self.radius
 
     def place(self, sheet: Complex) -> Real:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         longitude, latitude = np.real(sheet) / self.radius, np.imag(sheet) / self.radius
         across = np.cos(latitude)
         return self.radius * np.stack(
@@ -181,7 +181,7 @@ class Ball:
         )
 
     def facing(self, centre: Real, label: tuple[float, float]) -> shapely.Geometry:
-        """See `Surface`. The part that faces a camera is a cap, a disc of its chart."""
+        """See `SheetSurface`. The part that faces a camera is a cap, a disc of its chart."""
         away = float(np.linalg.norm(centre))
         if away <= self.radius:
             return shapely.Polygon()
@@ -216,7 +216,7 @@ class Ball:
         return region.difference(gap)
 
     def sheet(self, chart: Complex, centre: Real) -> Complex:
-        """See `Surface`. The chart is azimuthal and equidistant, about the point that is nearest to the camera."""
+        """See `SheetSurface`. The chart is azimuthal and equidistant, about the point that is nearest to the camera."""
         right, up, forward = self._axes(centre)
         angle, direction = np.abs(chart) / self.radius, np.exp(1j * np.angle(chart))
         aside = np.sin(angle)
@@ -257,7 +257,7 @@ class Ball:
 
     @property
     def extremes(self) -> Real:
-        """See `Surface`."""
+        """See `SheetSurface`."""
         width, height = self.size
         s, t = np.meshgrid(np.linspace(-width / 2, width / 2, 181), np.linspace(-height / 2, height / 2, 91))
         return self.place((s + 1j * t).ravel())

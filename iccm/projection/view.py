@@ -11,7 +11,7 @@ import shapely
 from ..arrays import Complex, Real
 from ..errors import InputError
 from .camera import Camera
-from .surfaces import Surface, rectangle
+from .surfaces import SheetSurface, rectangle
 
 
 class View(Protocol):
@@ -51,7 +51,7 @@ class View(Protocol):
 class Projected:
     """A sheet on a surface that a camera sees; see `View`."""
 
-    surface: Surface
+    surface: SheetSurface
     camera: Camera
     label: tuple[float, float] | None = None
 

@@ -13,7 +13,7 @@ from ..pixels.preimages import Bands
 
 
 @dataclass(frozen=True, eq=False)
-class Inverted:
+class InverseMap:
     """The inverse of a triangulated map.
 
     Attributes:

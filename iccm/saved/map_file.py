@@ -42,11 +42,11 @@ LATER = ("rigid", *DRAWING_RINGS)  # added later, so that files of this format m
 
 SIDES = ("source", "target")
 PLANES = {"names": "name", "millimetres": "millimetres", "units": "unit"}
-"""What `about` contains of both planes: its names for attributes of `Plane`."""
+"""What `about` contains of both planes: its names for attributes of `SavedPlane`."""
 
 
 @dataclass(frozen=True, eq=False)
-class Plane:
+class SavedPlane:
     """Data of the source's or the target's plane.
 
     Attributes:
@@ -70,7 +70,7 @@ class Plane:
     georeference: Georeference | None = None
 
     @classmethod
-    def of(cls, outline: Complex, holes: Sequence[Curve]) -> "Plane":
+    def of(cls, outline: Complex, holes: Sequence[Curve]) -> "SavedPlane":
         """Create the plane of an outline given as an array: y up, with its bounding box as the canvas."""
         return cls(outline, bounding_box(outline), holes=[hole.z for hole in holes])
 
@@ -94,7 +94,7 @@ class MapFile:
     """
 
     map: AnyMap
-    planes: tuple[Plane, Plane]
+    planes: tuple[SavedPlane, SavedPlane]
     arrays: Mapping[str, Any]
     rings: Mapping[str, Sequence[Complex]]
     about: Mapping[str, Any]
@@ -261,7 +261,7 @@ class _Archive(Archive):
             raise InputError("polygon: is clockwise, repeats vertices, or has a negative slack")
         return HarmonicMap(polygon, phi, psi, slack)
 
-    def plane(self, side: str, name: str, millimetres: float | None) -> Plane:
+    def plane(self, side: str, name: str, millimetres: float | None) -> SavedPlane:
         outline = self.array(side, "complex128")
         if outline.size:
             Curve.domain(outline, side)
@@ -272,7 +272,7 @@ class _Archive(Archive):
         if y not in (1, -1):
             raise InputError(f"{side}_y: is {y}, but must be 1 or -1")
         rings = self.rings(f"{side}_rings")
-        return Plane(outline if outline.size else None, (low, high), y < 0, rings, name, millimetres)
+        return SavedPlane(outline if outline.size else None, (low, high), y < 0, rings, name, millimetres)
 
     def pair(self, name: str) -> Complex:
         points = self.array(name, "complex128")

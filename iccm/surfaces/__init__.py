@@ -4,6 +4,7 @@ method            solve: even layouts, a map between them, then Newton's method 
 partial           partial maps between the outlines of even layouts
 problem           the checked problem, and the same in unit coordinates of even layouts
 side              source or target: a planar domain, or a surface with its layouts
+coincident        a start for surfaces in the same place: nearest points, cut along the same seam
 icp_start         an initial map for layouts of almost the same shape
 ground            a surface in space as the target of Newton's method
 refined           a triangulation with added vertices: in faces, on the boundary, on chords

@@ -26,7 +26,7 @@ most."""
 
 
 @dataclass(frozen=True, eq=False)
-class Written:
+class WrittenCoordinates:
     """Measurements of a surface's new texture coordinates.
 
     Attributes:
@@ -45,7 +45,7 @@ class Written:
     one_to_one: bool = False
 
     @classmethod
-    def of(cls, z: Complex, layout: Flattening, outline: Curve) -> "Written":
+    def of(cls, z: Complex, layout: Flattening, outline: Curve) -> "WrittenCoordinates":
         """Measure a layout with vertices z (n,) in the plane of a picture with the given outline.
 
         Charts that are packed inside the picture do not have to reach the outline.

@@ -54,8 +54,8 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
     place = np.full(flat.size, -1)
     place[loop] = np.arange(loop.size)
     faces = faces[(place[faces] >= 0).all(axis=1)]
-    ways = _gaps(place[faces], loop.size)
-    tip = np.argmax(ways, axis=1)  # opposite the side beyond which most of the surface lies
+    # The tip is the corner to lift: the one opposite the side beyond which most of the surface lies.
+    tip = np.argmax(_gaps(place[faces], loop.size), axis=1)
     tips, heads, tails = (np.take_along_axis(faces, ((tip + k) % 3)[:, None], 1)[:, 0] for k in range(3))
     lifted = flat.copy()
     for _ in range(LIFTING_ROUNDS):

@@ -16,7 +16,7 @@ from ..arrays import Complex, Index, Real
 from ..balanced.model.discrete_map import DiscreteMap, folds
 from ..balanced.search.final_mesh import LAST_DECREASE
 from ..balanced.search.levels import FINE_POWER
-from ..flattening.coarsening import Removed, coarser, put_back, smooth
+from ..flattening.coarsening import Removed, coarser, reinsert_vertices, smooth
 from ..flattening.free import LARGE_VERTEX_COUNT
 from ..meshes.mesh import face_areas, with_unit_area
 from ..meshes.stretch import laid_flat, linear
@@ -59,7 +59,7 @@ def started_coarsely(
         return state, False
     small = _on_coarser(state, points, coarse_vertices, np.searchsorted(coarse_vertices, coarse))
     small = descent(started_coarsely(small, points[coarse_vertices], descent)[0])
-    return _carried(state, points, small, coarse_vertices, removed)
+    return _refine_to_all_triangles(state, points, small, coarse_vertices, removed)
 
 
 def _on_coarser(state: DiscreteMap, points: Real, vertices: Index, faces: Index) -> DiscreteMap:
@@ -73,31 +73,32 @@ def _on_coarser(state: DiscreteMap, points: Real, vertices: Index, faces: Index)
     return replace(state, faces=faces, z=u, u=u.copy(), metrics=(metric, None)).with_pattern()
 
 
-def _carried(
+def _refine_to_all_triangles(
     state: DiscreteMap, points: Real, small: DiscreteMap, coarse_vertices: Index, removed: Removed
 ) -> tuple[DiscreteMap, bool]:
     """Return the map with the images found on the coarser triangulation, if it has less energy then.
 
-    Also returns whether it needs no Newton steps.
+    Removed vertices are reinserted one by one, and then all are moved in sweeps. Also returns whether the map is large
+    and has converged, so that it needs no Newton steps.
     """
     u = state.u.copy()
     u[coarse_vertices] = small.u
     unit = with_unit_area(points, state.faces)
     theta, share = state.energy.balance, state.boundary.area_share(True)
-    if not put_back(removed, unit, theta, u, q=FINE_POWER, share=share) or folds(state.faces, u):
+    if not reinsert_vertices(removed, unit, theta, u, q=FINE_POWER, share=share) or folds(state.faces, u):
         return state, False
-    value, settled = _energy(state, u), False
+    value, is_converged = _energy(state, u), False
     fixed = np.arange(u.size) < state.constrained
     for _ in range(MOST_SWEEPS // SWEEPS_AT_ONCE):
         smooth(state.faces, unit, fixed, SWEEPS_AT_ONCE, theta, u, q=FINE_POWER, share=share)
         previous, value = value, _energy(state, u)
-        settled = previous - value < LAST_DECREASE * value
-        if settled:
+        is_converged = previous - value < LAST_DECREASE * value
+        if is_converged:
             break
     if folds(state.faces, u) or not value < _energy(state, state.u):
         return state, False
     better = replace(state, u=u, boundary=small.boundary, inside=small.inside)
-    return better.with_value(FINE_POWER), settled and u.size >= DIRECT_VERTEX_COUNT
+    return better.with_value(FINE_POWER), is_converged and u.size >= DIRECT_VERTEX_COUNT
 
 
 def _energy(state: DiscreteMap, u: Complex) -> float:

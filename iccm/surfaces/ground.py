@@ -13,7 +13,7 @@ from ..meshes.topology import Triangles
 from ..plane import Similarity
 
 
-def ground_of(layout: Flattening, frame: Similarity) -> Ground:
+def ground_of(layout: Flattening, similarity: Similarity) -> Ground:
     """Return a layout without folds as Newton's target, in unit coordinates; the surface's area is scaled to one.
 
     Holes are covered with triangles.
@@ -23,4 +23,4 @@ def ground_of(layout: Flattening, frame: Similarity) -> Ground:
     holes = [loop for loop in patch.loops if not np.isin(loop, layout.loop).all()]
     faces = np.concatenate([patch.faces, *(filling(layout.flat, hole) for hole in holes)])
     covered = replace(patch, triangles=Triangles(faces, len(points))) if holes else patch
-    return Ground.of(Locator(replace(layout, patch=covered, flat=frame(layout.flat))), points)
+    return Ground.of(Locator(replace(layout, patch=covered, flat=similarity(layout.flat))), points)

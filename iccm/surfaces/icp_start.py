@@ -27,13 +27,13 @@ def similarity_sketch(problem: UnitProblem) -> MeshMap | None:
 
     The outlines' samples are its first vertices. Returns None where no similarity fits well.
     """
-    if problem.strokes or len(problem.holes[0]) != len(problem.holes[1]):
+    if problem.strokes or len(problem.holes.source) != len(problem.holes.target):
         return None
     placing = similarity(problem)
     if placing is None:
         return None
     pairs = _partners(problem, placing)
-    outlines = [problem.source, *(problem.holes[0][i] for i, _ in pairs)]
+    outlines = [problem.source, *(problem.holes.source[i] for i, _ in pairs)]
     loops = loops_of([(i, j, OUTLINE_SAMPLES) for i, j in pairs], OUTLINE_SAMPLES)
     z = np.concatenate([*(curve.at(curve.length * SHARES) for curve in outlines), FAR])
     first = OUTLINE_SAMPLES * len(outlines)
@@ -45,10 +45,10 @@ def _partners(problem: UnitProblem, placing: Similarity) -> list[tuple[int, int]
     """Return pairs (source hole, target hole): given partners first, the others assigned by distance of centroids."""
     from scipy.optimize import linear_sum_assignment
 
-    sources = np.array([hole.z.mean() for hole in problem.holes[0]], complex)
-    targets = np.array([hole.z.mean() for hole in problem.holes[1]], complex)
+    sources = np.array([hole.z.mean() for hole in problem.holes.source], complex)
+    targets = np.array([hole.z.mean() for hole in problem.holes.target], complex)
     away = np.abs(placing(sources)[:, None] - targets)
-    for i, j in problem.partners:
+    for i, j in problem.holes.partners:
         away[i, j] = -FARTHEST_UNITS
     return [(int(i), int(j)) for i, j in zip(*linear_sum_assignment(away))]
 
@@ -80,8 +80,8 @@ def _matches(problem: UnitProblem) -> list[Match]:
     source, target = problem.source, problem.target
     if problem.anchors[0]:
         return [_interpolate(source, target, (np.array(problem.anchors[0]), np.array(problem.anchors[1])))]
-    turns = initial_matches.ANY_TURN if problem.energy.upright == 0 else initial_matches.TURNS
-    return initial_matches.candidates(source, target, turns)
+    rotations = initial_matches.ANY_TURN if problem.energy.upright == 0 else initial_matches.TURNS
+    return initial_matches.candidates(source, target, rotations)
 
 
 def _interpolate(source: Curve, target: Curve, pins: tuple[Complex, Complex]) -> Match:

@@ -218,7 +218,7 @@ class _Fit:
 
     @cached_property
     def _moments(self) -> tuple[Real, float]:
-        """(3, 3) cross-covariance, and the product of both sets' sums of squared distances from their means."""
+        """The cross-covariance (3, 3) of both point sets, and the product of their sums of squares about the mean."""
         middle = self.sums / self.count
         spread = self.squares - self.count * np.sum(middle * middle, axis=1)
         return self.products - self.count * np.outer(*middle), max(float(spread.prod()), 1e-300)

@@ -16,10 +16,10 @@ from ..balanced.errors import NoMapError, OutOfTime, Stuck
 from ..balanced.minimise.unfold import unfold_in
 from ..balanced.model.discrete_map import DiscreteMap
 from ..balanced.model.mesh_map import MeshMap
-from ..balanced.model.settings import Solution
+from ..balanced.model.solution import Solution
 from ..balanced.search import final_mesh, multilevel
 from ..balanced.search.levels import FINE_POWER, Level
-from ..balanced.search.unit_problem import UnitProblem
+from ..balanced.search.unit_problem import SolvedProblem, UnitProblem
 from ..balanced.search.warm_start import continue_from
 from ..fit_data import with_details
 from ..maps.triangulated.map import TriangulatedMap, without_bulges
@@ -76,7 +76,7 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
         solution,
         map,
         constraints,
-        surface_problem.settings,
+        surface_problem.options,
         in_bounds=True,
         region_layout=region_layout,
     )
@@ -89,20 +89,39 @@ def solve(problem: Problem, options: Options, layouts: Layouts, start: Triangula
     return result
 
 
+def _from_start(problem: SurfaceProblem, start: TriangulatedMap) -> OwnMap | None:
+    """Return the map between two surfaces that an earlier map leads to, on one side's own triangles.
+
+    None with constraints, between other shapes, and where it folds.
+    """
+    is_constrained = len(problem.points) or problem.strokes or problem.regions
+    if is_constrained or not all(side.layout for side in problem.sides):
+        return None
+    sketch = _sketch(problem, start)
+    try:
+        return _map_on_own_mesh(problem, sketch.inverse() if problem.onto else sketch)
+    except (Stuck, NoMapError):
+        return None
+
+
+def _sketch(problem: SurfaceProblem, start: TriangulatedMap) -> MeshMap:
+    """Return an earlier map in unit coordinates."""
+    z, u = problem.sides[0].inward(start.source), problem.sides[1].inward(start.image)
+    return method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), problem.to_unit)
+
+
 def _resume(problem: SurfaceProblem, start: TriangulatedMap) -> DiscreteMap:
     """Return an earlier map with the new constraints satisfied, in unit coordinates."""
-    z, u = problem.sides[0].inward(start.source), problem.sides[1].inward(start.image)
-    sketch = method.sketch_of(TriangulatedMap(z, u, start.faces, start.loops), problem.frames)
     try:
-        return continue_from(final_mesh.final_level(problem.unit, problem.settings), sketch)
+        return continue_from(final_mesh.final_level(problem.unit), _sketch(problem, start))
     except Stuck:
         raise NoMapError("start: cannot continue from this map without folds; leave it out") from None
 
 
 def _solve(problem: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solution, bool]:
     """Return the map in the user's planes, and whether it is on the surface's own triangles."""
-    similar = None if start is not None else _from_similarity(problem)
-    if similar is not None and similar.energy < SURE_ENERGY:
+    similar = _from_similarity(problem) if start is None else _from_start(problem, start)
+    if similar is not None and (start is not None or similar.energy < SURE_ENERGY):
         return _own_solution(problem, similar), True
     try:
         if start is None:
@@ -113,7 +132,7 @@ def _solve(problem: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solu
         if similar is None:
             raise
         return _own_solution(problem, similar), True
-    constraints_met = final_mesh.meets_constraints(used_problem, state)
+    constraints_met = SolvedProblem(used_problem, state).meets_constraints
     try:
         own_start = _own_start(problem, used_problem, state)
         own_map = None if own_start is None else _map_on_own_mesh(problem, own_start)
@@ -125,10 +144,10 @@ def _solve(problem: SurfaceProblem, start: TriangulatedMap | None) -> tuple[Solu
         own_map, constraints_met = similar, True
     if own_map is not None:
         return replace(_own_solution(problem, own_map), met=constraints_met), True
-    last = multilevel.whole_map(used_problem, state, problem.settings, problem.journal)
+    last = multilevel.whole_map(used_problem, state, problem.journal)
     z, u = (
-        side.outward(frame.pull_back(w), _mark_outer(w, last.outer))
-        for side, frame, w in zip(problem.sides, problem.frames, (last.z, last.u))
+        side.outward(similarity.pull_back(w), _mark_outer(w, last.outer))
+        for side, similarity, w in zip(problem.sides, problem.to_unit, (last.z, last.u))
     )
     return replace(_solution(problem, last, z, u), met=constraints_met), False
 
@@ -144,12 +163,12 @@ def _solution(problem: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) ->
     """Return the solution for a map with vertices z (n,) and images u (n,) in the user's planes."""
     outlines = problem.sides[0].outlines, problem.sides[1].outlines
     return method.solution_of(
+        problem.unit._replace(energy=problem.unit.energy.without_pins()),
         last,
         z,
         u,
-        problem.frames,
+        problem.to_unit,
         outlines,
-        problem.settings.in_frames(problem.frames),
         problem.journal,
         problem.pins,
     )
@@ -157,14 +176,18 @@ def _solution(problem: SurfaceProblem, last: MeshMap, z: Complex, u: Complex) ->
 
 def _own_solution(problem: SurfaceProblem, own_map: OwnMap) -> Solution:
     """Return a map on a surface's own triangles as a solution in the user's planes."""
-    onto, other_side, frame = problem.onto, problem.sides[not problem.onto], problem.frames[not problem.onto]
+    onto, other_side, similarity = (
+        problem.onto,
+        problem.sides[not problem.onto],
+        problem.to_unit[not problem.onto],
+    )
     own_places = own_map.of_layout(problem.sides[onto].given.flat)
     other_places = _repair(
         own_map.state,
         other_side.outward(
-            frame.pull_back(own_map.state.u), _mark_outer(own_map.state.u, own_map.state.outer)
+            similarity.pull_back(own_map.state.u), _mark_outer(own_map.state.u, own_map.state.outer)
         ),
-        mirrored=frame.mirrored,
+        mirrored=similarity.mirrored,
     )
     if onto:
         return _solution(problem, own_map.state.inverse(), other_places, own_places)
@@ -205,8 +228,8 @@ def _map_on_own_mesh(problem: SurfaceProblem, state: MeshMap) -> OwnMap:
     """
     unit_problem = problem.unit.inverse() if problem.onto else problem.unit
     step = -1 if problem.onto else 1
-    level = final_mesh.final_level(unit_problem, problem.settings)
-    own_map = on_own_mesh(problem.sides[::step], problem.frames[::step], level, state)
+    level = final_mesh.final_level(unit_problem)
+    own_map = on_own_mesh(problem.sides[::step], problem.to_unit[::step], level, state)
     with suppress(OutOfTime):
         own_map = _minimize(problem, own_map)
         if own_map.state.energy.pins is not None and problem.sides[not problem.onto].even is None:
@@ -230,7 +253,7 @@ def _slide_boundary(problem: SurfaceProblem, own_map: OwnMap, level: Level) -> O
             FINE_POWER, NEWTON_STEPS, final_mesh.LAST_DECREASE_WITH_PINS, corners=False
         )
         try:
-            candidate = on_own_mesh(problem.sides[::step], problem.frames[::step], level, state)
+            candidate = on_own_mesh(problem.sides[::step], problem.to_unit[::step], level, state)
         except Stuck:
             break
         candidate = _minimize(problem, candidate)
@@ -246,25 +269,25 @@ def _minimize(problem: SurfaceProblem, own_map: OwnMap) -> OwnMap:
     Raises:
         OutOfTime: the time limit was reached.
     """
-    settings, journal = problem.settings, problem.journal
+    options, journal = problem.options, problem.journal
     other_layout = problem.sides[not problem.onto].even
     if other_layout is None:
         initial, settled = started_coarsely(
-            own_map.state.relaxed(),
+            own_map.state.relax(),
             own_map.of_points(problem.sides[problem.onto].given.patch.points),
             lambda state: final_mesh.descend(state, FINE_POWER, journal),
         )
-        if settled and not settings.bounded:
+        if settled and not options.has_bounds:
             journal.energies.append(initial.value)
             return replace(own_map, state=initial)
-        return replace(own_map, state=final_mesh.meet_bounds(initial, settings, journal))
-    initial = replace(own_map.state, ground=ground_of(other_layout, problem.frames[not problem.onto]))
+        return replace(own_map, state=final_mesh.meet_bounds(initial, options, journal))
+    initial = replace(own_map.state, ground=ground_of(other_layout, problem.to_unit[not problem.onto]))
     soft = initial.energy.pins is not None
     decrease = final_mesh.LAST_DECREASE_WITH_PINS if soft else LEAST_DECREASE
     first = initial.forward(1.0, NEWTON_STEPS, decrease)
     journal.energies.append(first.value)
     state = final_mesh.meet_bounds_by(
-        lambda state, q: state.forward(q, NEWTON_STEPS, decrease), first, settings
+        lambda state, q: state.forward(q, NEWTON_STEPS, decrease), first, options
     )
     return replace(own_map, state=state, energy=first.value)
 
@@ -279,8 +302,8 @@ def _keep_rigid(problem: SurfaceProblem, own_map: OwnMap | None) -> OwnMap:
     if own_map is None:
         raise NoMapError("rigid: found no map without folds that follows the surface's triangles")
     places = own_map.of_layout(problem.sides[problem.onto].given.flat)
-    settings = problem.settings.inverse() if problem.onto else problem.settings
-    return rigid.keep_rigid(own_map, places, problem.regions, settings, problem.journal)
+    options = problem.options.inverse() if problem.onto else problem.options
+    return rigid.keep_rigid(own_map, places, problem.regions, options, problem.journal)
 
 
 def _repair(state: DiscreteMap, images: Complex, *, mirrored: bool) -> Complex:

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..balanced import fit, method
+from ..balanced.fit import NOTED_AREA_SHARE
 from ..balanced.injectivity import refuse_folds
-from ..balanced.model.settings import Solution
+from ..balanced.model.solution import Solution
 from ..fit_data import with_details
 from ..options import Options
 from ..problem import Problem
@@ -33,13 +34,29 @@ def solve(problem: Problem, options: Options, layouts: Layouts) -> Fit | None:
         solution,
         solution.map,
         (surface_problem.holes, surface_problem.points),
-        surface_problem.settings,
+        surface_problem.options,
         in_bounds=True,
     )
     if fit.loses_too_much(result.coverage.left_out, result.coverage.uncovered, options):
         return None
-    result.notes.extend(fit.coverage_notes(result))
+    result.notes.extend(_coverage_notes(result))
     return with_details(result, layouts=layouts)
+
+
+def _coverage_notes(result: Fit) -> list[str]:
+    """Return notes on the hidden share of the source and the bare share of the target."""
+    notes = []
+    if result.coverage.left_out >= NOTED_AREA_SHARE:
+        notes.append(
+            f"{result.coverage.left_out:.1%} of the source is hidden, since concavities or holes of the target leave "
+            "no room for it (fit)."
+        )
+    if result.coverage.uncovered >= NOTED_AREA_SHARE:
+        notes.append(
+            f"{result.coverage.uncovered:.1%} of the target stays bare, where concavities or holes of the source "
+            "open (fit)."
+        )
+    return notes
 
 
 def _solve(problem: SurfaceProblem) -> Solution:
@@ -51,12 +68,10 @@ def _solve(problem: SurfaceProblem) -> Solution:
         sides[1].solved[0],
         np.concatenate([pins.inner, pins.outer]),
         [(stroke.source, stroke.target) for stroke in pins.strokes],
-        holes.source,
-        holes.target,
-        holes.partners,
+        holes,
         softness=problem.inner_softness,
     )
-    solution = method.solve(between, problem.settings)
+    solution = method.solve(between, problem.options)
     map = solution.map
     z, u = (side.outward(w, side.is_on(w)) for side, w in zip(sides, (map.source, map.image)))
     for name, w in (("source", z), ("image", u)):

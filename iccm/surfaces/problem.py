@@ -9,11 +9,11 @@ import numpy as np
 from ..arrays import Complex, Index, Real
 from ..balanced.constraints.soft import PinnedPatches, bands_of, patches_of
 from ..balanced.constraints.validate import Pins, check
-from ..balanced.fit import settings_of
-from ..balanced.holes.given import Holes, named_partners, unequal
-from ..balanced.model.frames import frames_of, unit_curve
+from ..balanced.holes.given import named_partners, unequal, unit_holes
+from ..balanced.model.energy import Energy
 from ..balanced.model.metric import LaidMetric
-from ..balanced.model.settings import Settings, SolveLog
+from ..balanced.model.solution import SolveLog
+from ..balanced.model.unit_coordinates import unit_curve, unit_similarities
 from ..balanced.search import multilevel
 from ..balanced.search.unit_problem import UnitProblem
 from ..curve import Curve
@@ -21,7 +21,7 @@ from ..meshes.flatten import Flattening
 from ..options import Options
 from ..pins import Softness
 from ..plane import Similarity
-from ..problem import Problem
+from ..problem import Holes, Problem
 from .side import Side
 
 ROUNDED_TOLERANCE_SHARE = 0.2
@@ -43,7 +43,7 @@ class SurfaceProblem:
         strokes: as given, in the user's planes.
         stroke_widths: of the bands around strokes that keep their form; empty for none.
         regions: rigid regions, polygons in the plane of the surface.
-        settings: of the solver.
+        options: of the solver.
         journal: log of the solver.
     """
 
@@ -56,7 +56,7 @@ class SurfaceProblem:
     strokes: Sequence[tuple[Curve, Curve]]
     stroke_widths: Sequence[float]
     regions: tuple[Complex, ...]
-    settings: Settings
+    options: Options
     journal: SolveLog
 
     @classmethod
@@ -67,9 +67,7 @@ class SurfaceProblem:
             InputError: pins or strokes that no one-to-one map satisfies; a surface without an even layout.
         """
         source, target = problem.outlines
-        holes, points, numbers = named_partners(
-            Holes.of(problem), source, target, problem.pins, problem.strokes
-        )
+        holes, points, numbers = named_partners(problem.holes, source, target, problem.pins, problem.strokes)
         pins = check(source, target, points, problem.strokes, numbers)
         sides = Side.of((source, *holes.source), layouts[0]), Side.of((target, *holes.target), layouts[1])
         journal = SolveLog(notes=[*unequal(holes), *pins.notes])
@@ -90,7 +88,7 @@ class SurfaceProblem:
             problem.strokes,
             problem.stroke_widths,
             regions,
-            settings_of(options),
+            options,
             journal,
         )
 
@@ -171,28 +169,33 @@ class SurfaceProblem:
         return source.scale_inward(points[:, 0]), target.scale_inward(points[:, 1])
 
     @cached_property
-    def frames(self) -> tuple[Similarity, Similarity]:
+    def to_unit(self) -> tuple[Similarity, Similarity]:
         """The similarities from the solver's planes to unit coordinates, for source and target."""
         source, target = (side.solved[0] for side in self.sides)
-        return frames_of(source, target, self.settings.turn, self.inner_holes.sides)
+        return unit_similarities(source, target, self.options.rotation, self.inner_holes.sides)
 
     @cached_property
     def unit(self) -> UnitProblem:
         """The problem in unit coordinates of the layouts in which it is solved."""
-        settings, frames = self.settings, self.frames
+        options, to_unit = self.options, self.to_unit
         if all(side.layout for side in self.sides):  # rounding in one plane may be magnified in another
-            settings = replace(settings, tolerance=ROUNDED_TOLERANCE_SHARE * settings.tolerance)
-        source, target = (unit_curve(frame, side.solved[0]) for side, frame in zip(self.sides, frames))
-        patches, pins = self.patches, self.inner_pins
-        settings = settings.in_frames(frames, None if patches.are_none else patches.unit(frames))
-        pins = pins.without(patches.points[:, 0])
-        holes, pins = self.inner_holes.unit(frames), pins.unit(frames)
-        unit = multilevel.problem_of(source, target, holes, pins, settings)
+            options = replace(options, tolerance=ROUNDED_TOLERANCE_SHARE * options.tolerance)
+        outlines = (
+            unit_curve(to_unit[0], self.sides[0].solved[0]),
+            unit_curve(to_unit[1], self.sides[1].solved[0]),
+        )
+        patches = self.patches
+        energy = Energy.of(options).in_unit(to_unit, None if patches.are_none else patches.unit(to_unit))
+        holes, pins = (
+            unit_holes(to_unit, self.inner_holes),
+            self.inner_pins.without(patches.points[:, 0]).unit(to_unit),
+        )
+        unit = multilevel.simplified(UnitProblem.of(outlines, holes, pins, energy, options))
         metrics = [
-            None if side.even is None else LaidMetric.of(side.even, frame)
-            for side, frame in zip(self.sides, frames)
+            None if side.even is None else LaidMetric.of(side.even, similarity)
+            for side, similarity in zip(self.sides, to_unit)
         ]
-        return unit._replace(metrics=(metrics[0], metrics[1]))
+        return unit._replace(options=self.options, metrics=(metrics[0], metrics[1]))
 
 
 def _scaled(softness: Softness, source_scale: Real, target_scale: Real) -> Softness:

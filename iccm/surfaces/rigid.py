@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Complex, Flags, Index
-from ..balanced.model.settings import Settings, SolveLog
+from ..balanced.model.solution import SolveLog
 from ..balanced.rigid.given import MOST_REGIONS, aims_by
 from ..balanced.rigid.solve import Rigid, keep_on_mesh
 from ..curve import Curve, inside_any
@@ -19,6 +19,7 @@ from ..meshes import topology
 from ..meshes.flatten import Flattening
 from ..meshes.locate import Locator
 from ..meshes.stretch import laid_flat
+from ..options import Options
 from ..plane import Similarity, triangle_areas
 from .target_mesh_map import OwnMap, OwnMetric
 
@@ -32,7 +33,7 @@ def keep_rigid(
     own_map: OwnMap,
     places: Complex,
     regions: Sequence[Complex],
-    settings: Settings,
+    options: Options,
     journal: SolveLog,
 ) -> OwnMap:
     """Continue from a map on a surface's own triangles to one that keeps regions rigid.
@@ -43,7 +44,7 @@ def keep_rigid(
         own_map: the map without rigid regions.
         places: (n,) its vertices in the user's plane.
         regions: polygons in that plane.
-        settings: of the solver.
+        options: of the solver.
         journal: log of the solver; notes are added.
 
     Raises:
@@ -73,10 +74,10 @@ def keep_rigid(
     holding = np.full(flat.size, -1)
     holding[state.faces[labels >= 0]] = labels[labels >= 0, None]
     pins = np.column_stack([flat[state.inner], state.inside.goals])
-    size = settings.rigid_size
+    size = options.rigid_scale
     aims, is_prescribed, centroids = aims_by(count, holding[state.inner], pins, size or 1.0)
     rigid = Rigid((), aims, ~is_prescribed, ~is_prescribed & (size is None), centroids)
-    rigid_state = keep_on_mesh(replace(state, rigid=labels, flat=flat), rigid, settings)
+    rigid_state = keep_on_mesh(replace(state, rigid=labels, flat=flat), rigid, options)
     journal.energies.append(rigid_state.value)
     return replace(own_map, state=rigid_state, energy=rigid_state.value)
 

@@ -70,7 +70,7 @@ class OwnMap:
 
 def on_own_mesh(
     sides: Sequence[Side],
-    frames: Sequence[Similarity],
+    to_unit: Sequence[Similarity],
     level: Level,
     state: MeshMap,
 ) -> OwnMap:
@@ -78,7 +78,7 @@ def on_own_mesh(
 
     Args:
         sides: the surface, which is the source of the map, and the target.
-        frames: the similarities to their unit coordinates.
+        to_unit: the similarities to their unit coordinates.
         level: what is solved, with the surface as source. All vertices of surfaces are added to its outlines.
         state: the map so far.
 
@@ -86,16 +86,16 @@ def on_own_mesh(
         Stuck: no such map was found.
     """
     source_holes, problem = [loop.source for loop in state.loops], level.problem
-    loops, rims = _rims(sides[0], frames[0], source_holes, (problem.source, problem.holes[0]))
+    loops, rims = _rims(sides[0], to_unit[0], source_holes, (problem.source, problem.holes.source))
     loops = [np.roll(loop, -rim.first) for loop, rim in zip(loops, rims)]
     exact_level = _with_exact(level, rims, source_holes, target=False)
     if sides[1].even is not None:  # a vertex that hardly matters in one layout may matter in another
         target_holes = [loop.target for loop in state.loops]
-        _, target_rims = _rims(sides[1], frames[1], target_holes, (problem.target, problem.holes[1]))
+        _, target_rims = _rims(sides[1], to_unit[1], target_holes, (problem.target, problem.holes.target))
         exact_level = _with_exact(exact_level, target_rims, target_holes, target=True)
     exact_level = _reanchor(exact_level)
     boundary = exact_level.boundary(match_on(exact_level, state), fewest=1)
-    return _mesh(sides[0], frames[0], state, problem, boundary, loops)
+    return _mesh(sides[0], to_unit[0], state, problem, boundary, loops)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,15 +125,15 @@ def _outline_of(z: Complex, simple: Curve) -> _ExactOutline:
 
 
 def _rims(
-    side: Side, frame: Similarity, holes: list[int], simple: tuple[Curve, Sequence[Curve]]
+    side: Side, similarity: Similarity, holes: list[int], simple: tuple[Curve, Sequence[Curve]]
 ) -> tuple[list[Index], list[_ExactOutline]]:
     """Return a surface's loops and exact outlines in unit coordinates: the outer ones, and those of `holes` (numbers).
 
     `simple` holds the outlines of the problem, in the same coordinates.
     """
-    flat, outlines = frame(side.solver_layout.flat), [simple[0], *(simple[1][k] for k in holes)]
+    flat, outlines = similarity(side.solver_layout.flat), [simple[0], *(simple[1][k] for k in holes)]
     loops = [side.loops[k] for k in (0, *(1 + k for k in holes))]
-    loops = [loop[::-1] if frame.mirrored else loop for loop in loops]
+    loops = [loop[::-1] if similarity.mirrored else loop for loop in loops]
     return loops, [_outline_of(flat[loop], curve) for loop, curve in zip(loops, outlines)]
 
 
@@ -160,7 +160,7 @@ def _reanchor(level: Level) -> Level:
 
 def _mesh(
     side: Side,
-    frame: Similarity,
+    similarity: Similarity,
     state: MeshMap,
     problem: UnitProblem,
     boundary: MatchedBoundary,
@@ -172,13 +172,13 @@ def _mesh(
     """
     closing = [side.loops[1 + loop.source] for loop in state.filled]
     mesh, weights = _cover_holes(side, closing)
-    mesh, pinned = _with_pins(mesh, side, frame.pull_back(problem.pins[:, 0]))
+    mesh, pinned = _with_pins(mesh, side, similarity.pull_back(problem.pins[:, 0]))
     fixed = np.zeros(mesh.count, bool)
     fixed[np.concatenate([*loops, pinned])] = True
     mesh, rim = _with_boundary(mesh.without_chords(fixed), loops, boundary)
     if problem.metrics[1] is not None and len(mesh.faces) < COARSE_TRIANGLES:
         mesh = mesh.without_chords(np.ones(mesh.count, bool))
-    builder = _MapBuilder(side, frame, problem, boundary, [rim, pinned, *closing])
+    builder = _MapBuilder(side, similarity, problem, boundary, [rim, pinned, *closing])
     for rounds in reversed(range(ROOM_HALVINGS)):
         own_map = builder.map(mesh, weights[mesh.original], state)
         try:
@@ -197,21 +197,21 @@ class _MapBuilder(NamedTuple):
     """
 
     side: Side
-    frame: Similarity
+    similarity: Similarity
     problem: UnitProblem
     boundary: MatchedBoundary
     first: list[Index]
 
     def map(self, mesh: RefinedSurface, weights: Real, state: MeshMap) -> OwnMap:
         """Return the map so far on a mesh; it may have folds."""
-        side, frame, boundary, (rim, pinned) = self.side, self.frame, self.boundary, self.first[:2]
+        side, similarity, boundary, (rim, pinned) = self.side, self.similarity, self.boundary, self.first[:2]
         first = np.concatenate(self.first)
         order = np.append(first, np.setdiff1d(np.arange(mesh.count), first))
         faces = np.argsort(order)[mesh.faces]
-        z = frame(mesh.carried(side.solver_layout.flat)[order])
+        z = similarity(mesh.carried(side.solver_layout.flat)[order])
         material, constrained = weights == 1, rim.size + pinned.size
-        maps = _to_surface(mesh, side, material, z[faces], mirrored=frame.mirrored)
-        faces = np.ascontiguousarray(faces[:, ::-1] if frame.mirrored else faces)
+        maps = _to_surface(mesh, side, material, z[faces], mirrored=similarity.mirrored)
+        faces = np.ascontiguousarray(faces[:, ::-1] if similarity.mirrored else faces)
         following = np.append(boundary.following, np.arange(rim.size, constrained))
         unpaired = [(loop.source, -1, vertices.size) for loop, vertices in zip(state.filled, self.first[2:])]
         pins = np.column_stack([z[rim.size : constrained], self.problem.pins[:, 1]])
@@ -250,10 +250,9 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     Raises:
         Tangled: folds remain.
     """
-    map = map.moved_to_border(map.u)
+    map = map.move_to_border(map.u)
     try:
-        return map.unfolded(
-            harmonic=False,
+        return map.unfold_locally(
             polish=POLISHING_STEPS,
             steps=UNFOLDING_STEPS,
             weighed=True,
@@ -263,7 +262,7 @@ def _unfold(map: DiscreteMap, *, harmonic: bool) -> DiscreteMap:
     except Tangled:
         if not harmonic:
             raise
-        return map.unfolded(polish=POLISHING_STEPS, steps=UNFOLDING_STEPS, weighed=True)
+        return map.unfold_from_harmonic(polish=POLISHING_STEPS, steps=UNFOLDING_STEPS, weighed=True)
 
 
 def _relax_slivers(map: DiscreteMap) -> DiscreteMap:

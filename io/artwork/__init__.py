@@ -109,11 +109,11 @@ def carry_parts(
         painted: rings of the target's painted area, filled by the even-odd rule, if not everything is to be shown.
         opacity: of content outside the painted area.
     """
-    frame = Frame(parts, target, path, painted, opacity)
-    return carry_frames([frame], repeated=repeated, tolerance=tolerance)
+    frame = ArtworkFrame(parts, target, path, painted, opacity)
+    return carry_frames([frame], repeated=repeated, tolerance=tolerance)[0]
 
 
-class Frame(NamedTuple):
+class ArtworkFrame(NamedTuple):
     """A drawing to be written by `carry_frames`; see `carry_parts`.
 
     Attributes:
@@ -137,8 +137,8 @@ class Frame(NamedTuple):
 
 
 def carry_frames(
-    frames: Sequence[Frame], *, repeated: bool = False, tolerance: float | None = None
-) -> tuple[str, ...]:
+    frames: Sequence[ArtworkFrame], *, repeated: bool = False, tolerance: float | None = None
+) -> tuple[tuple[str, ...], bool]:
     """Write frames of the same drawing, whose paths have the same commands in each frame; see `carry_parts`.
 
     Args:
@@ -146,7 +146,7 @@ def carry_frames(
         repeated, tolerance: as for `carry_parts`; the tolerance is by default that of the smallest target.
 
     Returns:
-        Notes, each once.
+        Notes, each once, and whether a frame shows nothing of the drawing.
     """
     tolerance = tolerance or TOLERANCE_SHARE * min(frame.target.curve.diagonal for frame in frames)
     bends = any(_bends(source, map) for frame in frames for source, map in frame.parts)
@@ -154,7 +154,7 @@ def carry_frames(
         _document(frame.parts[0][0], frame.target, len(frame.parts) if repeated else 1, bends=bends)
         for frame in frames
     ]
-    mappings = [PathMapping(frame.parts, tolerance) for frame in frames]
+    mappings = [PathMapping(frame.parts, tolerance, curves=len(frames) > 1) for frame in frames]
     prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]
     counts = {len(prepared_shapes.owners) for prepared_shapes in prepared}
     if len(counts) == 1:
@@ -167,9 +167,12 @@ def carry_frames(
             for prepared_shapes in prepared
         ]
     notes: dict[str, int] = {}
+    is_empty = False
     for frame, drawing, mapping, prepared_shapes, cubics in zip(frames, drawings, mappings, prepared, fitted):
         mapping.write(prepared_shapes, cubics, drawing.effects)
         mapping.carry_pictures(drawing.pictures)
+        has_pictures = any(len(picture.out) for picture in drawing.pictures)
+        is_empty = is_empty or not (len(prepared_shapes.owners) or has_pictures)
         if frame.painted:
             enclosed = without_holes(frame.toned) if frame.tone else frame.painted
             grounds = [(frame.paper, enclosed), (frame.tone, frame.toned)]
@@ -179,7 +182,7 @@ def carry_frames(
         drawing.finish()
         ElementTree.ElementTree(drawing.out).write(frame.path, encoding="utf-8", xml_declaration=True)
         notes |= dict(drawing.notes + mapping.notes)
-    return tuple(f"{number} × {note}" for note, number in sorted(notes.items()))
+    return tuple(f"{number} × {note}" for note, number in sorted(notes.items())), is_empty
 
 
 def is_drawn(path: Path) -> bool:

@@ -31,7 +31,7 @@ class AffinePart:
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class MapSamples:
     """A map sampled at points, y down; (p,) arrays unless stated otherwise.
 
     Attributes:
@@ -50,14 +50,14 @@ class Samples:
     lined: NDArray[np.bool_]
     control: Complex
 
-    def part(self, span: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "Samples":
+    def part(self, span: slice, lined: NDArray[np.bool_], control: Sequence[Complex]) -> "MapSamples":
         """Return a range of the samples, with its own `lined` flags and control points."""
         hull = np.concatenate([np.empty(0, np.complex128), *(points.ravel() for points in control)])
         parts = (self.z[span], self.w[span], self.alpha[span], self.beta[span])
-        return Samples(*parts, self.length[span], lined, hull)
+        return MapSamples(*parts, self.length[span], lined, hull)
 
 
-def affine_part(samples: Sequence[Samples]) -> AffinePart | None:
+def affine_part(samples: Sequence[MapSamples]) -> AffinePart | None:
     """Return the affine approximation over several shapes together; None where nothing of them is left."""
     names = ("z", "w", "alpha", "beta", "length", "lined", "control")
     joined = [np.concatenate([getattr(sample, name) for sample in samples]) for name in names if samples]

@@ -42,6 +42,7 @@ def write(
     fps: float,
     *,
     ending: Path | None = None,
+    ends_halfway: bool = False,
     by_css: bool = False,
     stepped: bool = False,
 ) -> tuple[str, ...]:
@@ -52,6 +53,7 @@ def write(
         path: the file to write.
         fps: frames per second.
         ending: a drawing that appears at the end, in which parts are that the frames do not have.
+        ends_halfway: whether the frames run back to the first one, so that `ending` is seen in the middle.
         stepped: whether each frame is shown for as long as the others, and nothing moves in between.
         by_css: whether style sheets animate it, which work where SMIL is off; paths then move in Chromium and Firefox.
 
@@ -69,6 +71,10 @@ def write(
     steps = max(len(frames) - (not stepped), 1)
     seconds = f"{steps / fps:.9g}s"
     together = zip(*(list(top.iter()) for top in tops))
+    keys = [(0.0, 0), (APPEARS_SHARE, 0), (1.0, 1)]
+    if ends_halfway:
+        keys = [(share / 2, opacity) for share, opacity in keys]
+        keys += [(1 - share, opacity) for share, opacity in reversed(keys[:-1])]
     if by_css:
         sheet, counts = list[str](), list[int]()
         for elements in together:
@@ -78,9 +84,8 @@ def write(
             appearing = _appearing(ending)
             appearing.set("class", "morph-end")
             tops[0].append(appearing)
-            sheet.append(
-                f"@keyframes morph-end{{0%,{100 * APPEARS_SHARE:.6g}%{{opacity:0}}100%{{opacity:1}}}}"
-            )
+            steps_of_ending = "".join(f"{100 * share:.6g}%{{opacity:{opacity}}}" for share, opacity in keys)
+            sheet.append(f"@keyframes morph-end{{{steps_of_ending}}}")
             sheet.append(f".morph-end{{animation:morph-end {seconds} linear infinite}}")
         style = Element(f"{SVG}style")
         style.text = "\n".join(sheet)
@@ -90,7 +95,11 @@ def write(
         if ending is not None:
             appearing = _appearing(ending)
             tops[0].append(appearing)
-            times = {"values": "0;0;1", "keyTimes": f"0;{APPEARS_SHARE:.6g};1", "dur": seconds}
+            times = {
+                "values": ";".join(str(opacity) for _, opacity in keys),
+                "keyTimes": ";".join(f"{share:.6g}" for share, _ in keys),
+                "dur": seconds,
+            }
             SubElement(
                 appearing, f"{SVG}animate", {"attributeName": "opacity", "repeatCount": "indefinite", **times}
             )

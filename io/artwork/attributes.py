@@ -19,6 +19,8 @@ for _prefix, _name in SPACES.items():
     ElementTree.register_namespace(_prefix, _name)
 # Other attributes of Inkscape, and all of sodipodi, describe how to recompute a path from its original shape.
 _NAMED = {LABEL, MODE, "{http://www.w3.org/XML/1998/namespace}space"}
+# The elements that a line connects, such as a command of Ink/Stitch and its object; both keep their ids.
+_NAMED |= {f"{{{SPACES['inkscape']}}}connection-{end}" for end in ("start", "end")}
 # Namespaces of which attributes describe the original shape, or act: those of the web, of Inkscape and of Sodipodi.
 _NOT_FOREIGN = ("http://www.w3.org/", "http://www.inkscape.org/", "http://sodipodi.sourceforge.net/")
 # Attributes for the position of an element, which path data replace, and for conditions on drawing it.

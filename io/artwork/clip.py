@@ -60,14 +60,14 @@ class Clipped:
         line: the subpaths inside, each with whether it is closed.
         cut: whether anything was cut off.
         fill: if anything was, closed subpaths that paint inside what the shape's fill paints.
-        turns: for each subpath that never enters the domain, how often it winds around it.
+        windings: for each subpath that never enters the domain, how often it winds around it.
         begins, ends: whether the shape's first and last point are inside.
     """
 
     line: list[tuple[list[Part], bool]]
     cut: bool = False
     fill: list[list[Part]] = field(default_factory=list)
-    turns: list[int] = field(default_factory=list)
+    windings: list[int] = field(default_factory=list)
     begins: bool = True
     ends: bool = True
 
@@ -184,31 +184,31 @@ class Domain:
             is_outside = stretches[0].away and len(stretches) == 1
             if is_outside and self._hole_of(stretches[0].z) is not None:
                 continue  # it lies in a hole, and winds around no point of the domain
-            laps = [a + b for a, b in zip(laps, self._turns(stretches))]
+            laps = [a + b for a, b in zip(laps, self._windings(stretches))]
             if is_outside:
-                out.turns.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
+                out.windings.append(round(_angle(stretches[0].z - self.inner) / (2 * math.pi)))
             else:
                 around = [self._detour(s) if s.away else _spans(pieces, s) for s in stretches]
                 out.fill.append([part for parts in around for part in parts])
         # 4. Outlines of holes are clockwise: a hole's outline, run as often as the subpaths wind around the hole, makes
         # the winding number in the hole zero, so that nothing is painted there.
-        for (hole, _), turns in zip(self.holes, laps):
-            out.fill.extend([self._arcs(hole, 0.0, turns * hole.length)] if turns else [])
+        for (hole, _), windings in zip(self.holes, laps):
+            out.fill.extend([self._arcs(hole, 0.0, windings * hole.length)] if windings else [])
         return out
 
     def _laps(self, run: PenPath) -> bool:
         """Return whether a subpath winds around a hole."""
         place, z = _polyline(_closed(run), self.margin / 10)
-        return any(self._turns([_Stretch(place, z, False)]))
+        return any(self._windings([_Stretch(place, z, False)]))
 
-    def _turns(self, stretches: Sequence[_Stretch]) -> list[int]:
+    def _windings(self, stretches: Sequence[_Stretch]) -> list[int]:
         """Return how often a closed subpath winds around a point of each hole."""
         angles = [sum(_angle(stretch.z - point) for stretch in stretches) for _, point in self.holes]
         return [round(angle / (2 * math.pi)) for angle in angles]
 
-    def around(self, turns: int) -> list[Part]:
-        """Return the boundary `turns` times, clockwise if negative."""
-        return self._arcs(self.rim, 0.0, turns * self.rim.length)
+    def around(self, windings: int) -> list[Part]:
+        """Return the boundary `windings` times, clockwise if negative."""
+        return self._arcs(self.rim, 0.0, windings * self.rim.length)
 
     def _within(self, z: Complex) -> NDArray[np.bool_]:
         return shapely.contains_xy(self.reach, z.real, z.imag)
@@ -268,8 +268,8 @@ class Domain:
         forth = (b - a) % rim.length
         inner = np.concatenate([rim.knots, rim.knots + rim.length])
         arc = rim.at(np.concatenate([[a], inner[(inner > a) & (inner < a + forth)], [b]]))
-        turns = round((_angle(stretch.z - point) - _angle(arc - point)) / (2 * math.pi))
-        return self._arcs(rim, a, a + forth + (turns if hole is None else -turns) * rim.length)
+        laps_between = round((_angle(stretch.z - point) - _angle(arc - point)) / (2 * math.pi))
+        return self._arcs(rim, a, a + forth + (laps_between if hole is None else -laps_between) * rim.length)
 
     def _arcs(self, rim: Curve, start: float, stop: float) -> list[Part]:
         """Return the part of a boundary between two arclengths, split at its corners."""

@@ -19,13 +19,14 @@ from ...errors import InputError
 from .. import limits
 from ..lengths import svg_size
 from ..shapes.shape import Shape
-from ..svg import css_functions, reader, tree
+from ..svg import affine, css_functions, reader, tree
 from ..svg.budget import Quota
 from ..svg.document import local
 from ..svg.drawing_content import Rectangle
 from ..svg.tree import Node
 from . import attributes, embedded
-from .element import SVG, MappedElement, box_of, restyle, runs_of
+from .affine_part import AffinePart
+from .element import SVG, MappedElement, box_of, pen_paths_of, restyle
 from .filters import MARGIN, filtered
 from .mapping import Effect
 from .paint_server import SIDES, Definitions, Space, lined, scale
@@ -130,6 +131,7 @@ class MappedDocument:
                 drawing.copy, place = copy_number, SubElement(out, f"{SVG}g")
             drawing._children(node, place)
             drawing._applied(node, place, drawing.shapes)
+        drawing.notes.update(document.substituted_texts.values())
         return drawing
 
     def cut_by(
@@ -212,6 +214,8 @@ class MappedDocument:
                     raise
                 name = f" {node.element.get('id')!r}" if node.element.get("id") else ""
                 raise error.named(f"<{node.tag}>{name}") from error
+        elif node.tag == "use" and _is_command(self.document.linked(node.element)):
+            self._command(node, parent)
         elif node.tag in tree.GROUPS:
             self._group(node, parent)
         elif node.tag == "image":
@@ -241,10 +245,27 @@ class MappedDocument:
             if not _holds(place, box):  # only if it extends beyond the viewport
                 restyle(group, {"clip-path": self._clip_to(place, node.frame)[0]})
 
+    def _command(self, node: Node, parent: Element) -> None:
+        """Add a command of Ink/Stitch: a <use>, which follows the map's affine part where its symbol lies."""
+        out, first = SubElement(parent, f"{SVG}g"), len(self.shapes)
+        self._children(node, Element(f"{SVG}g"))  # mapped to know where it lies, but not written
+        link = next(node.element.get(name, "") for name in tree.LINKS if node.element.get(name))
+        sides = {name: node.properties[name] for name in ("width", "height") if name in node.properties}
+        command = self._styled(node, "use") | sides | {tree.LINKS[1]: link}
+
+        def place(over: AffinePart) -> str:
+            out.tag, out.attrib = (
+                f"{SVG}use",
+                command | {"transform": affine.to_svg(over.affine @ node.affine)},
+            )
+            return ""
+
+        self.effects.append(Effect(self.shapes[first:], place))
+
     def _shape(self, node: Node, parent: Element) -> None:
         if reader.is_constraint(node):
             return
-        runs = runs_of(node)
+        runs = pen_paths_of(node)
         self.notes["shape whose path data or points are malformed, drawn up to there"] += bool(node.faults)
         if not runs or not scale(node.affine):
             return
@@ -487,6 +508,11 @@ class MappedDocument:
     def _nested(parent: Element, attributes: dict[str, str]) -> Element:
         """Return a new group in the parent; or the parent itself if it is a clip path, which cannot contain groups."""
         return parent if local(parent) == "clipPath" else SubElement(parent, f"{SVG}g", attributes)
+
+
+def _is_command(symbol: Element | None) -> bool:
+    """Return whether an element is a symbol by whose id Ink/Stitch knows a command, such as where to trim a thread."""
+    return symbol is not None and local(symbol) == "symbol" and symbol.get("id", "").startswith("inkstitch_")
 
 
 def _rectangle(node: Node) -> Rectangle:

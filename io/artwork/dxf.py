@@ -33,8 +33,8 @@ from ..svg.affine import Affine
 from ..svg.curves import Arc, Bezier, Piece
 from ..svg.path_data import PenPath
 from .clip import Span
-from .mapping import CUT, LOST, OUTSIDE, PathMapping, Placement, Prepared
-from .regions import Region
+from .mapping import CUT, LOST, OUTSIDE, PathMapping, Prepared, SubpathPlacement
+from .regions import MapDomain
 
 OPEN_TOLERANCE_SHARE = 1e-3
 """Of the tolerance: by how much a similarity may miss the image of an open line, which is joined to others."""
@@ -364,7 +364,7 @@ class MappedDxf:
     def _add_polyline(
         self,
         item: DrawnEntity,
-        placement: Placement,
+        placement: SubpathPlacement,
         pieces: Sequence[tuple[Complex, Real]],
         layout: Any,
         base: complex,
@@ -523,10 +523,10 @@ class _Image:
 
     z: Complex
     w: Complex
-    region: Region | None
+    region: MapDomain | None
     cut: bool
-    lines: list[Placement]
-    fills: list[Placement]
+    lines: list[SubpathPlacement]
+    fills: list[SubpathPlacement]
     line_fits: list[list[Any]]
     fill_fits: list[list[Any]]
     as_splines: bool

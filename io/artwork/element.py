@@ -21,9 +21,11 @@ from .clip import Clipped
 
 SVG = "{http://www.w3.org/2000/svg}"
 BEYOND_CANVAS = 10**7  # beyond any canvas
+RUNS_AT_ONCE = 100  # subpaths that are formatted at a time: their numbers are Python objects meanwhile
 # Properties that apply to an element as a whole, with the values that have no effect.
 _WHOLE = {"opacity": "1", "filter": "none", "mask": "none", "clip-path": "none", "mix-blend-mode": "normal"}
 _ENDS = {"marker-start": "none", "marker-end": "none"}
+_CURVE, _LINE = "C%.15g %.15g %.15g %.15g %.15g %.15g", "L%.15g %.15g"
 _UNSEEN = {"fill-opacity": "0", "stroke-opacity": "0"}
 
 # A subpath as (k, 4) control points for each of its segments, and whether it is closed.
@@ -72,6 +74,7 @@ class MappedElement:
         digits: int,
         *,
         line_is_filled: bool = True,
+        curves: bool = False,
     ) -> None:
         """Write the mapped shape as a path, or as a group where fill, line and markers need separate paths.
 
@@ -82,20 +85,21 @@ class MappedElement:
             digits: digits after the decimal point.
             line_is_filled: whether fill and line have the same subpaths. They differ if the fill is clipped, closes an
                 open subpath, or encloses nothing.
+            curves: whether straight segments are written as curves, so that all frames have the same commands.
         """
         paths: list[tuple[str, dict[str, str]]] = []
         if line:
             style = {} if line_is_filled else {"fill": "none"}
             has_marker = {"marker-start": clipped.begins, "marker-mid": False, "marker-end": clipped.ends}
             style |= {name: "none" for name in sorted(self.markers) if not has_marker[name]}
-            paths.append((_data(line, digits), style))
+            paths.append((_data(line, digits, curves), style))
             if "marker-mid" in self.markers:  # at the shape's own vertices, not at those added by refitting
                 bare = [([_outer(run)], closed) for run, closed in line]
                 groups = [[run] for run in bare] if clipped.cut else [bare]
-                paths += [(_data(group, digits), _UNSEEN | _ENDS) for group in groups]
+                paths += [(_data(group, digits, curves), _UNSEEN | _ENDS) for group in groups]
         if fill:
-            around = [turns for turns in clipped.turns if turns] if self.aside else []
-            data = _data(fill[: len(fill) - len(around)], digits) + "".join(map(_square, around))
+            around = [windings for windings in clipped.windings if windings] if self.aside else []
+            data = _data(fill[: len(fill) - len(around)], digits, curves) + "".join(map(_square, around))
             unlined = {"stroke": "none"} | dict.fromkeys(sorted(self.markers), "none") if self.lined else {}
             first = 1 if self.line_first and line else 0  # a path with only markers stays last
             paths.insert(first, (data, unlined))
@@ -114,7 +118,7 @@ class MappedElement:
         restyle(self.out, group_style)
 
 
-def runs_of(node: Node) -> list[PenPath]:
+def pen_paths_of(node: Node) -> list[PenPath]:
     """Return the subpaths of a shape in the root's user units, y down; closed ones end where they start.
 
     Raises:
@@ -161,20 +165,43 @@ def restyle(out: Element, style: dict[str, str]) -> None:
         out.set("style", styles.text())
 
 
-def _data(runs: Sequence[Cubics], digits: int) -> str:
+def _data(runs: Sequence[Cubics], digits: int, curves: bool) -> str:
     """Return the path data of subpaths.
 
-    All numbers are rounded and formatted together, since a path can have millions of them; `%g` omits trailing zeros.
+    The numbers of many subpaths are rounded and formatted together, since a path can have millions of them; `%g` omits
+    trailing zeros.
     """
+    return "".join(
+        _formatted(runs[k : k + RUNS_AT_ONCE], digits, curves) for k in range(0, len(runs), RUNS_AT_ONCE)
+    )
+
+
+def _formatted(runs: Sequence[Cubics], digits: int, curves: bool) -> str:
+    """Return the path data of a few subpaths."""
     cubics = [np.concatenate(run) for run, _ in runs]
+    straight = [_is_straight(run, 10.0**-digits) & (not curves) for run in cubics]
+    for k, (_, closed) in enumerate(runs):
+        if closed and straight[k][-1] and len(straight[k]) > 1:  # Z draws the last line
+            cubics[k], straight[k] = cubics[k][:-1], straight[k][:-1]
     forms = [
-        f"M%.15g %.15g{'C%.15g %.15g %.15g %.15g %.15g %.15g' * len(run)}{'Z' if closed else ''}"
-        for run, (_, closed) in zip(cubics, runs)
+        f"M%.15g %.15g{''.join([_CURVE, _LINE][line] for line in lines.tolist())}{'Z' if closed else ''}"
+        for lines, (_, closed) in zip(straight, runs)
     ]
-    points = [part for run in cubics for part in (run[0, :1], run[:, 1:].ravel())]
-    numbers = np.concatenate([np.empty(0, complex), *points]).view(np.float64)
+    points = [
+        part
+        for run, lines in zip(cubics, straight)
+        for part in (run[0, :1], run[:, 1:][~lines[:, None] | np.array([False, False, True])])
+    ]
+    numbers = np.concatenate(points).view(np.float64)
     numbers = np.round(numbers, digits) + 0.0  # which makes -0 to 0
     return "".join(forms) % tuple(numbers.tolist())
+
+
+def _is_straight(run: Complex, tolerance: float) -> np.ndarray:
+    """Return which cubics (n, 4) are straight segments, with their control points at a third and two thirds."""
+    start, end = run[:, :1], run[:, 3:]
+    thirds = start + (end - start) * np.array([1 / 3, 2 / 3])
+    return (np.abs(run[:, 1:3] - thirds) < tolerance).all(axis=1)
 
 
 def _outer(run: list[Complex]) -> Complex:
@@ -182,8 +209,11 @@ def _outer(run: list[Complex]) -> Complex:
     return np.array([[fitted[0, 0], fitted[0, 1], fitted[-1, 2], fitted[-1, 3]] for fitted in run])
 
 
-def _square(turns: int) -> str:
-    """Return path data of a square beyond any canvas, run `turns` times, clockwise on the screen if negative."""
-    return f"M-{BEYOND_CANVAS} -{BEYOND_CANVAS}{'V{0}H{0}V-{0}Z' if turns > 0 else 'H{0}V{0}H-{0}Z'}".format(
-        BEYOND_CANVAS
-    ) * abs(turns)
+def _square(windings: int) -> str:
+    """Return path data of a square beyond any canvas, run `windings` times, clockwise on the screen if negative."""
+    return (
+        f"M-{BEYOND_CANVAS} -{BEYOND_CANVAS}{'V{0}H{0}V-{0}Z' if windings > 0 else 'H{0}V{0}H-{0}Z'}".format(
+            BEYOND_CANVAS
+        )
+        * abs(windings)
+    )

@@ -20,7 +20,7 @@ from ...pixels import preimages
 from ...pixels.canvas import BAND_ROWS, Canvas
 from ...pixels.padding import pad
 from ...pixels.sampler import Sampler
-from ...pixels.texture import Places, Texture
+from ...pixels.texture import Texture, TexturePlaces
 from ...plane import bounding_box
 from ..pictures import image_files, pillow
 from ..pictures.image import Image
@@ -30,7 +30,7 @@ from ..svg.data_uri import content_of
 from ..svg.drawing_content import Rectangle
 from ..svg.tree import LINKS
 from .references import typed
-from .regions import Region
+from .regions import MapDomain
 
 LINK = LINKS[1]
 """With the prefix of SVG 1.1, since Inkscape 1.2 shows no pictures without it, and browsers do with it."""
@@ -78,7 +78,7 @@ class EmbeddedPicture:
     smooth: bool = True
     copy: int | None = None
 
-    def carry(self, regions: Sequence[Region], tolerance: float) -> str:
+    def carry(self, regions: Sequence[MapDomain], tolerance: float) -> str:
         """Show the picture as the regions' maps transform it, and return a note, or an empty string."""
         corners = self.place.conj()
         polygon = shapely.Polygon(np.column_stack([corners.real, corners.imag]))
@@ -99,7 +99,7 @@ class EmbeddedPicture:
         return next((note for note in notes if note), "")
 
     def _resampled(
-        self, region: Region, polygon: shapely.Polygon, image: Image, finest: float, *, opaque: bool
+        self, region: MapDomain, polygon: shapely.Polygon, image: Image, finest: float, *, opaque: bool
     ) -> str:
         """Add the picture as resampled by a region's map; return a note."""
         visible = shapely.intersection(polygon, region.domain.polygon)
@@ -163,16 +163,16 @@ class _Placing:
         largest = abs(self.texels.alpha) + abs(self.texels.beta)
         return largest, largest
 
-    def places(self, z: Complex, right: NDArray, down: NDArray) -> Places:
+    def places(self, z: Complex, right: NDArray, down: NDArray) -> TexturePlaces:
         """See `Placing.places`."""
         linear = Affine(self.texels.alpha, self.texels.beta)
         points, across, below = self.texels(z.conj()), linear(right.conj()), linear(down.conj())
         jacobian = np.stack([across.real, below.real, across.imag, below.imag], axis=1)
-        return Places(np.stack([points.real, points.imag], axis=1), jacobian, right, down)
+        return TexturePlaces(np.stack([points.real, points.imag], axis=1), jacobian, right, down)
 
 
 def _warped(
-    region: Region, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, opaque: bool
+    region: MapDomain, image: Image, texels: Affine, canvas: Canvas, *, smooth: bool, opaque: bool
 ) -> Image:
     """Resample a picture onto a canvas by a region's map; its colours are extended beyond the mapped area.
 
@@ -219,7 +219,7 @@ def _canvas(box: Box, density: float, texels: float) -> Canvas:
 
 
 def _affine_map(
-    region: Region, polygon: shapely.Polygon, corners: Complex, tolerance: float
+    region: MapDomain, polygon: shapely.Polygon, corners: Complex, tolerance: float
 ) -> Affine | None:
     """Return the affine map that equals a region's map over all of a picture, in the core plane, or None."""
     z = _inside(shapely.intersection(polygon, region.domain.polygon), polygon)

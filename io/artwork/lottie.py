@@ -34,7 +34,11 @@ Json = dict[str, Any]
 
 
 def write(
-    frames: Sequence[Path], path: Path, fps: float, painted: Sequence[Sequence[Complex]] = ()
+    frames: Sequence[Path],
+    path: Path,
+    fps: float,
+    painted: Sequence[Sequence[Complex]] = (),
+    shares: Sequence[float] = (),
 ) -> tuple[str, ...]:
     """Write a Lottie animation of frames.
 
@@ -43,6 +47,7 @@ def write(
         path: the JSON file to write.
         fps: frames per second.
         painted: for each frame the rings of the area outside of which it fades, core plane; empty if nothing fades.
+        shares: for each frame its position between source and target, from 0 to 1, if something fades.
 
     Returns:
         Notes, with counts, on what is left out.
@@ -70,7 +75,7 @@ def write(
     if painted and len({len(rings) for rings in painted}) == 1:
         order = np.argsort([-abs(polygon_area(ring)) for ring in painted[0]])
         masks = [_mask([rings[k].conj() for rings in painted], to_lottie) for k in order]
-        fading = [{"t": k, "s": [round(100 * (1 - k / (last - 1)), DIGITS)]} for k in range(last)]
+        fading = [{"t": k, "s": [round(100 * (1 - share), DIGITS)]} for k, share in enumerate(shares)]
         below = _layer(shapes, last, 2)
         below["ks"]["o"] = {"a": 1, "k": [_eased(keyframe) for keyframe in fading]}
         layers[0] |= {"hasMask": True, "masksProperties": masks}

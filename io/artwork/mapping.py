@@ -20,11 +20,11 @@ from ..svg.affine import Affine
 from ..svg.batches import batches
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
-from .affine_part import AffinePart, Samples, affine_part
+from .affine_part import AffinePart, MapSamples, affine_part
 from .clip import Clipped, Part, Span, is_flat
 from .element import MappedElement
 from .embedded import EmbeddedPicture
-from .regions import Region, Regions
+from .regions import MapDomain, MapDomains
 
 LOST = "shape whose image is not finite, omitted"
 CUT, OUTSIDE = "shape partly outside the source, clipped at its outline", "shape outside the source, omitted"
@@ -80,16 +80,16 @@ class Prepared(Generic[Shapes]):
     shapes: Sequence[Shapes]
     clipped: Sequence[Clipped]
     parts: Sequence[ToFit]
-    owners: Sequence[Region]
-    places: Places
+    owners: Sequence[MapDomain]
+    places: SegmentMapper
 
     def image(self, segment: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
         """Return images of points on segments, given their numbers and parameters in [0, 1]."""
-        return _by_region(Region.images, 2, self.owners, segment, self.places(segment, t))[1]
+        return _by_region(MapDomain.images, 2, self.owners, segment, self.places(segment, t))[1]
 
     def jet(self, segment: NDArray[np.intp], z: Complex) -> Sequence[Complex]:
-        """Return points of segments `which`, moved into the domains, with their images and the derivatives there."""
-        return _by_region(Region.jet, 4, self.owners, segment, z)
+        """Return points, one of each of the numbered segments, moved into the domains, with images and derivatives."""
+        return _by_region(MapDomain.jet, 4, self.owners, segment, z)
 
 
 class PathMapping:
@@ -98,14 +98,15 @@ class PathMapping:
     Args:
         parts: the source shapes, each with its map, source → target, core plane.
         tolerance: of the paths, in the target's units.
+        curves: whether straight segments are written as curves, so that the paths of all frames have the same commands.
 
     Attributes:
         notes: counts of content that was clipped, omitted or approximated.
     """
 
-    def __init__(self, parts: Sequence[tuple[Shape, AnyMap]], tolerance: float):
-        self.regions = Regions([Region(source, map, tolerance) for source, map in parts])
-        self.tolerance = tolerance
+    def __init__(self, parts: Sequence[tuple[Shape, AnyMap]], tolerance: float, *, curves: bool = False):
+        self.regions = MapDomains([MapDomain(source, map, tolerance) for source, map in parts])
+        self.tolerance, self.curves = tolerance, curves
         self.notes: Counter[str] = Counter()
 
     def carry(self, shapes: Sequence[MappedElement], effects: Sequence[Effect]) -> None:
@@ -121,16 +122,20 @@ class PathMapping:
         runs = [run for part in parts for run in part.fill + part.line]
         owners = [run.region for run in runs for _ in run.pieces]
         return Prepared(
-            shapes, clipped, parts, owners, Places([piece for run in runs for piece in run.pieces])
+            shapes, clipped, parts, owners, SegmentMapper([piece for run in runs for piece in run.pieces])
         )
 
     def write(
         self, prepared: Prepared[MappedElement], fitted: Sequence[Complex], effects: Sequence[Effect]
     ) -> None:
-        """Apply the effects, then write the paths of all shapes, given the cubics of each segment."""
-        fitted = [control.conj() for control in fitted]
+        """Apply the effects, then write the paths of all shapes.
+
+        The cubics of each segment, `fitted`, are changed to y down.
+        """
+        for control in fitted:
+            np.conjugate(control, out=control)
         samples = _samples(prepared.places, prepared.owners)
-        sampled: dict[MappedElement, Samples] = {}
+        sampled: dict[MappedElement, MapSamples] = {}
         last = 0
         for shape, (fill, line, _) in zip(prepared.shapes, prepared.parts):
             first, begin = last, last + sum(len(run.pieces) for run in fill)
@@ -153,7 +158,7 @@ class PathMapping:
                 shape.parent.remove(shape.out)
                 self.notes[LOST] += 1
             elif fills or lines:
-                shape.write(clipped, fills, lines, digits, line_is_filled=line_is_filled)
+                shape.write(clipped, fills, lines, digits, line_is_filled=line_is_filled, curves=self.curves)
                 self.notes[CUT] += clipped.cut and not shape.aside
             else:
                 shape.parent.remove(shape.out)
@@ -172,7 +177,7 @@ class PathMapping:
             picture.group[:] = picture.group if len(picture.out) else []
         self.notes = +self.notes
 
-    def _clip(self, shape: Lines) -> list[tuple[Region, Clipped]]:
+    def _clip(self, shape: Lines) -> list[tuple[MapDomain, Clipped]]:
         """Return the regions that transform a shape, with the part of it in each."""
         runs = [_core(run) for run in shape.runs]
         regions = self.regions.of(runs) if shape.copy is None else [self.regions.in_order[shape.copy]]
@@ -183,17 +188,17 @@ class PathMapping:
         not_empty = [
             (region, clipped)
             for region, clipped in clipped_by_region
-            if clipped.line or clipped.fill or any(clipped.turns)
+            if clipped.line or clipped.fill or any(clipped.windings)
         ]
         return not_empty or clipped_by_region[:1]
 
 
-class Placement(NamedTuple):
+class SubpathPlacement(NamedTuple):
     """A subpath to be fitted, and the region that transforms it."""
 
     pieces: list[Part]
     closed: bool
-    region: Region
+    region: MapDomain
 
 
 class ToFit(NamedTuple):
@@ -205,8 +210,8 @@ class ToFit(NamedTuple):
         line_is_filled: whether the line's are also those of the fill.
     """
 
-    fill: list[Placement]
-    line: list[Placement]
+    fill: list[SubpathPlacement]
+    line: list[SubpathPlacement]
     line_is_filled: bool = True
 
 
@@ -217,28 +222,28 @@ def _together(clippings: Sequence[Clipped]) -> Clipped:
     lines, fills = (
         [run for clipped in clippings for run in getattr(clipped, name)] for name in ("line", "fill")
     )
-    turns = [turn for clipped in clippings for turn in clipped.turns]
+    windings = [number for clipped in clippings for number in clipped.windings]
     begins, ends = (any(getattr(clipped, name) for clipped in clippings) for name in ("begins", "ends"))
-    return Clipped(lines, True, fills, turns, begins, ends)
+    return Clipped(lines, True, fills, windings, begins, ends)
 
 
-def _to_fit(shape: Lines, clippings: Sequence[tuple[Region, Clipped]]) -> ToFit:
+def _to_fit(shape: Lines, clippings: Sequence[tuple[MapDomain, Clipped]]) -> ToFit:
     """Return the subpaths of a shape to be fitted, given its part in each region."""
     cut = any(clipped.cut for _, clipped in clippings)
-    lines = [Placement(run, closed, region) for region, part in clippings for run, closed in part.line]
+    lines = [SubpathPlacement(run, closed, region) for region, part in clippings for run, closed in part.line]
     if not shape.filled and (shape.lined or not cut):
         return ToFit([], lines)
     if cut:
-        fills = [Placement(run, True, region) for region, part in clippings for run in part.fill]
+        fills = [SubpathPlacement(run, True, region) for region, part in clippings for run in part.fill]
         fills += [
-            Placement(region.domain.around(turns), True, region)
+            SubpathPlacement(region.domain.around(windings), True, region)
             for region, part in clippings
-            for turns in part.turns
-            if turns
+            for windings in part.windings
+            if windings
         ]
     else:
         fills = [
-            Placement(_closed(run), True, region)
+            SubpathPlacement(_closed(run), True, region)
             for region, part in clippings
             for run, _ in part.line
             if not is_flat(run)
@@ -256,13 +261,13 @@ def _closed(run: list[Part]) -> list[Part]:
 
 
 def _by_region(
-    evaluate: Callable[[Region, Complex], tuple[Complex, ...]],
+    evaluate: Callable[[MapDomain, Complex], tuple[Complex, ...]],
     values: int,
-    owners: Sequence[Region],
+    owners: Sequence[MapDomain],
     segment: NDArray[np.intp],
     z: Complex,
 ) -> Sequence[Complex]:
-    """Return `values` arrays (p,): what a method of regions returns for points (p,) of segments `which`."""
+    """Return `values` arrays (p,): what a method of regions returns for points (p,), one of each segment."""
     if len(set(owners)) == 1:
         return evaluate(owners[0], z)
     out = np.empty((values, z.size), np.complex128)
@@ -275,20 +280,22 @@ def _by_region(
     return list(out)
 
 
-def _samples(places: Places, owners: Sequence[Region]) -> Samples:
+def _samples(places: SegmentMapper, owners: Sequence[MapDomain]) -> MapSamples:
     """Sample the map at four points per segment, given the segments' regions."""
     count = len(owners)
     z = places(np.repeat(np.arange(count), _T.size), np.tile(_T, count)).reshape(-1, _T.size)
     length = np.abs(np.diff(z[:, ::2])).ravel()
-    z, w, alpha, beta = _by_region(Region.jet, 4, owners, np.repeat(np.arange(count), 4), z[:, 1::2].ravel())
-    return Samples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
+    z, w, alpha, beta = _by_region(
+        MapDomain.jet, 4, owners, np.repeat(np.arange(count), 4), z[:, 1::2].ravel()
+    )
+    return MapSamples(z.conj(), w.conj(), alpha.conj(), beta.conj(), length, length > 0, w)
 
 
 def _core(run: PenPath) -> PenPath:
     return PenPath(_CONJUGATE(run.start), [piece.under(_CONJUGATE) for piece in run.pieces], run.closed)
 
 
-class Places:
+class SegmentMapper:
     """Evaluates many segments at once.
 
     Args:
@@ -309,7 +316,7 @@ class Places:
             self._place[numbers[batch.number]] = np.arange(batch.number.size)
 
     def __call__(self, segment: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
-        """Return points at parameters in [0, 1]; equal numbers in `which` are consecutive, but it is not sorted."""
+        """Return points at parameters in [0, 1]; equal segment numbers are consecutive, but not sorted."""
         out = np.empty(t.size, dtype=np.complex128)
         batch = self._batch[segment]
         parameters = self._start[segment] + (self._stop - self._start)[segment] * t

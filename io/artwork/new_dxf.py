@@ -22,8 +22,8 @@ from ..svg.curves import Bezier
 from ..svg.document import local
 from ..svg.flat_areas import css_colour
 from ..svg.path_data import PenPath
-from .element import runs_of
-from .mapping import Places
+from .element import pen_paths_of
+from .mapping import SegmentMapper
 
 VERSION = "R2010"
 MILLIMETRES_CODE = 4  # of $INSUNITS
@@ -34,7 +34,7 @@ WITHOUT_FILL = "filled shape, of which the outline is written"
 PICTURE = "embedded picture, omitted"
 
 
-class Line(NamedTuple):
+class WrittenPath(NamedTuple):
     """A subpath to be written.
 
     Attributes:
@@ -48,7 +48,7 @@ class Line(NamedTuple):
     colour: tuple[int, int, int] | None = None
 
 
-def write(lines: Sequence[Line], path: Path, tolerance: float) -> None:
+def write(lines: Sequence[WrittenPath], path: Path, tolerance: float) -> None:
     """Write lines as a DXF drawing in millimetres.
 
     Args:
@@ -63,7 +63,7 @@ def write(lines: Sequence[Line], path: Path, tolerance: float) -> None:
         raise InputError(f"{path}: there are no lines to write")
     pieces = [piece for line in lines for piece in line.run.pieces]
     straight = np.array([isinstance(piece, Bezier) and len(piece.p) == 2 for piece in pieces])
-    fits = iter(refit_arcs(Places(pieces), straight, tolerance))
+    fits = iter(refit_arcs(SegmentMapper(pieces), straight, tolerance))
     with library(path) as ezdxf:
         document = ezdxf.new(VERSION)
         document.header["$INSUNITS"], document.header["$MEASUREMENT"] = MILLIMETRES_CODE, 1
@@ -89,7 +89,7 @@ def write(lines: Sequence[Line], path: Path, tolerance: float) -> None:
         document.saveas(path)
 
 
-def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[Line], Counter[str]]:
+def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[WrittenPath], Counter[str]]:
     """Return the lines of an SVG drawing, and counts of what a DXF drawing of lines does not contain.
 
     A line has the layer (Inkscape) that contains it, and the colour of its stroke, or of its fill.
@@ -104,9 +104,9 @@ def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[Line], Counter[str
         name = group.get(tree.LABEL) or group.get("id")
         if group.get(tree.MODE) == "layer" and name:
             layers |= dict.fromkeys(group.iter(), name)
-    lines, notes = list[Line](), Counter[str]()
+    lines, notes = list[WrittenPath](), Counter[str]()
     for node in document.shapes:
-        runs = runs_of(node)
+        runs = pen_paths_of(node)
         painted = "stroke" if node.stroked else "fill"
         if not runs or not (node.stroked or node.filled):
             continue
@@ -116,7 +116,7 @@ def of_svg(data: bytes, to_millimetres: Affine) -> tuple[list[Line], Counter[str
         colour = _rgb(css_colour(node.properties.get(painted, "black"), node))
         for run in runs:
             pieces = [piece.under(to_millimetres) for piece in run.pieces]
-            lines.append(Line(PenPath(to_millimetres(run.start), pieces, run.closed), layer, colour))
+            lines.append(WrittenPath(PenPath(to_millimetres(run.start), pieces, run.closed), layer, colour))
     notes[PICTURE] += len(document.pictures)
     notes["text, omitted"] += sum(local(element) == "text" for element in document.top.iter())
     return lines, notes

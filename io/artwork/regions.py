@@ -22,7 +22,7 @@ neglected."""
 ALONG = np.arange(9) / 8  # parameters at which segments are tested
 
 
-class Region:
+class MapDomain:
     """The domain of a map.
 
     Args:
@@ -76,10 +76,10 @@ class Region:
         return feet[nearest, np.arange(z.size)]
 
 
-class Regions:
+class MapDomains:
     """The domains of several maps, sorted by area."""
 
-    def __init__(self, regions: Sequence[Region]):
+    def __init__(self, regions: Sequence[MapDomain]):
         self.in_order = regions
         self.all = sorted(regions, key=lambda region: region.domain.polygon.area)
         reaches = [region.domain.reach for region in self.all]
@@ -89,7 +89,7 @@ class Regions:
             if not any(reach.contains(region.domain.polygon) for reach in reaches[k + 1 :])
         ]
 
-    def of(self, runs: Sequence[PenPath]) -> list[Region]:
+    def of(self, runs: Sequence[PenPath]) -> list[MapDomain]:
         """Return the smallest domain that contains all subpaths, or else all domains that are not inside another."""
         if len(self.all) == 1:
             return self.all

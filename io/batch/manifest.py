@@ -107,7 +107,7 @@ class Entry:
 
     @property
     def whole(self) -> dict[str, Any]:
-        """All of its values except the command; defaults that only apply to other commands are left out."""
+        """The values of the job except its command, with those defaults that apply to this command."""
         foreign_keys = {key for kind in KINDS.values() for key in kind.rows} - self.kind.rows.keys()
         defaults, values = _with_todays_names(self.defaults), _with_todays_names(self.values)
         merged = {key: value for key, value in defaults.items() if key not in foreign_keys} | values
@@ -504,7 +504,8 @@ def _task(number: int, entry: Entry, values: dict[str, Any], mistakes: list[str]
         tiles = [path.replace(MARK, "1001") for path in job.outputs]
         problems += [f"{entry.place}: output: {text}" for text in filter(None, map(names.mistake, tiles))]
         if not problems:
-            problems = [f"{entry.place}: {path}: no such file" for path in job.inputs if not _exists(path)]
+            absent = (path for path in job.inputs if not _exists(path))
+            problems = [f"{entry.place}: {path}: {_absence(path)}" for path in absent]
         if not problems:
             problems = [f"{entry.place}: {text}" for text in _check_kinds(job)]
     mistakes.extend(problems)
@@ -525,6 +526,13 @@ def _with_map(values: dict[str, Any]) -> list[Any]:
 def _exists(path: str) -> bool:
     """Return whether an input is a file, or, for a pattern of tiles, whether there are any."""
     return bool(files_of(path)) if MARK in path else os.path.isfile(path)
+
+
+def _absence(path: str) -> str:
+    """Return why an input is not read."""
+    if os.path.isdir(path):
+        return f"is a folder; name its files, as in '{path.rstrip('/')}/*.svg'"
+    return "no such file"
 
 
 def _check_kinds(job: Described) -> Iterator[str]:
@@ -600,6 +608,14 @@ def _place(task: Task, root: Path, outside: bool, mistakes: list[str]) -> Task:
     return task.with_job(job.model_copy(update=values))
 
 
+def _apart(first: Task, second: Task) -> str:
+    """Return how to give different names to the outputs of two jobs: by the first input in which they differ."""
+    for name in ("source", "target", "texture", "mesh", "old", "new"):
+        if getattr(first.job, name, None) != getattr(second.job, name, None):
+            return f"use a template such as {{{name}.stem}}"
+    return "use a template such as {number}" if first is not second else "name another file"
+
+
 def _check_distinct(tasks: list[Task], reserved: dict[str, str], mistakes: list[str]) -> None:
     """Check that no file is the output of two jobs, or the input of one and the output of another.
 
@@ -624,9 +640,7 @@ def _check_distinct(tasks: list[Task], reserved: dict[str, str], mistakes: list[
                 )
                 if (other_name := _name_in(writer, real)) != real:
                     conflict = f"{writer.place} writes {other_name}, which is the same file on case-insensitive disks"
-                mistakes.append(
-                    f"{task.place}: output: {path}: {conflict}; use a template such as {{source.stem}}"
-                )
+                mistakes.append(f"{task.place}: output: {path}: {conflict}; {_apart(writer, task)}")
             if real in inputs:
                 mistakes.append(f"{task.place}: output: {path}: is also an input of the batch")
             if real in reserved:

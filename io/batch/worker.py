@@ -27,10 +27,6 @@ PR_SET_PDEATHSIG = 1  # option of prctl, from linux/prctl.h
 # seconds after which the remaining jobs of a bundle are returned, if one took longer than expected,
 # since another worker may be idle
 RETURN_SECONDS = 1.0
-FIGURES = (
-    *("boundary", "dilatation", "log10_area", "injective", "shown", "covered", "cracks"),
-    *("uv", "distance", "same_triangles"),
-)
 KEPT_NOTES = 5  # notes of a job in its line of the journal at most, in order of importance
 
 
@@ -104,6 +100,7 @@ def run_job(payload: dict[str, Any]) -> dict[str, Any]:
 def _run(payload: dict[str, Any]) -> dict[str, Any]:
     from ... import deadline
     from .. import files
+    from ..figure_table import BATCH_FIGURES
     from . import commands
 
     with deadline.limited(payload.get("seconds", deadline.DEFAULT_SECONDS)):
@@ -112,7 +109,7 @@ def _run(payload: dict[str, Any]) -> dict[str, Any]:
         "status": "timeout" if outcome.report.get("not_written") else "done" if outcome.ok else "poor",
         "message": outcome.message,
         "outputs": [{"path": path, "sha256": files.sha256(path)} for path in outcome.written],
-        "figures": {k: v for k, v in outcome.report.items() if k in FIGURES},
+        "figures": {k: v for k, v in outcome.report.items() if k in BATCH_FIGURES},
         "notes": _first_notes(outcome.notes),
         "idle": list(outcome.idle),
     }

@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError
 from ...errors import InputError, first_names
 from .. import files, formats, limits
 from ..checked import StrictModel, mistakes
+from ..figure_table import tolerances as tolerances_of_figures
 
 SHOWN_ADDITIONS = 5
 """Figures that a baseline lacks, in a note at most."""
@@ -46,18 +47,8 @@ class Figure(StrictModel):
     ignore: bool = False
 
 
-MOST_SHARE_DIFFERENCE = 0.002
-"""Tolerance for shares of a drawing."""
-REPORT = {
-    "seconds*": Figure(ignore=True),
-    "version": Figure(ignore=True),
-    "inputs.*.path": Figure(ignore=True),
-    "job.*": Figure(ignore=True),
-    # counted by samples and pixels, which may fall on either side of an edge
-    "shown": Figure(abs=MOST_SHARE_DIFFERENCE),
-    "covered": Figure(abs=MOST_SHARE_DIFFERENCE),
-    "cracks": Figure(abs=MOST_SHARE_DIFFERENCE),
-}
+REPORT = {pattern: Figure(**tolerance._asdict()) for pattern, tolerance in tolerances_of_figures().items()}
+"""Tolerances of the table of figures, by patterns of keys."""
 
 
 class Tolerances(StrictModel):
@@ -131,10 +122,10 @@ def tolerances(path: Path | None) -> Tolerances:
         return Tolerances()
     try:
         return Tolerances(**tomllib.loads(files.read_bytes(path, max_bytes=limits.COMPARED_BYTES).decode()))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {error}") from None
     except ValidationError as error:
         raise InputError("; ".join(f"{path}: {key}: {text}" for key, text in mistakes(error))) from None
+    except (ValueError, RecursionError) as error:  # no TOML, numbers of thousands of digits, deep nesting
+        raise InputError(f"{path}: {str(error).splitlines()[0]}") from None
 
 
 def compare(name: str, run: Path, baseline: Path, allowed: Tolerances) -> Verdict:

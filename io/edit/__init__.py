@@ -22,4 +22,5 @@ guard         access control
 routes        routes of the server
 server        the server's lifetime
 wording       messages of iccm in the words of the page, which has controls instead of options
+bent          where a map bends the detail of the picture, such as a smile that becomes a frown
 """

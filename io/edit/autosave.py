@@ -74,7 +74,7 @@ def offer(session: Session, unsaved: Unsaved | None) -> None:
     """Have the page ask whether to restore unsaved changes from an earlier session."""
     if unsaved is None or unsaved.scene == session.pair.first:
         return
-    session.left = unsaved.scene
+    session.unsaved_scene = unsaved.scene
     if unsaved.start:
         with suppress(InputError):  # the files have changed: start from scratch
             session.begin(unsaved.scene, unsaved.start)
@@ -86,10 +86,10 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
     Raises:
         InputError: the file cannot be written.
     """
-    if scene == session.left:
-        session.left = None
+    if scene == session.unsaved_scene:
+        session.unsaved_scene = None
     if scene == session.saved:
-        if not session.left:
+        if not session.unsaved_scene:
             forget(session.pair.job)
         return
     unsaved = Unsaved(scene=scene, start=session.start(scene), when=datetime.now(UTC), port=port, token=token)

@@ -37,7 +37,7 @@ from .messages import (
 from .scene import frame
 from .session import MapUpdate, Session
 from .wording import message_on_page
-from .workspace import Workspace
+from .workspace import EditedFiles
 
 KINDS = ("follow", "solve", "compare")
 Answered = Place | Suggest | AddHandles | Save | Draw | Export | Forget | ReadPins | WritePins
@@ -54,14 +54,18 @@ MISTAKE = "internal error, please report it ({}: {})"
 class Links:
     """The open pages of a workspace.
 
-    Only one of them edits: the newest, or the one that last asked to. The others wait, and may take over. `gone` is
+    Only one of them edits: the newest, or the one that last asked to. The others wait, and may take over. `stop` is
     called when the last page has been closed.
     """
 
     def __init__(
-        self, workspace: Workspace, gone: Callable[[], None], keep: Keep, grace: float = RELOAD_GRACE_SECONDS
+        self,
+        workspace: EditedFiles,
+        stop: Callable[[], None],
+        keep: Keep,
+        grace: float = RELOAD_GRACE_SECONDS,
     ) -> None:
-        self._workspace, self._gone, self._keep, self._grace = workspace, gone, keep, grace
+        self._workspace, self._stop, self._keep, self._grace = workspace, stop, keep, grace
         self._open: set[WebSocket] = set()
         self._replaced: asyncio.Event | None = None
         self._leaving: asyncio.TimerHandle | None = None
@@ -121,7 +125,7 @@ class Links:
         if self._leaving:
             self._leaving.cancel()
         loop = asyncio.get_running_loop()
-        self._leaving = None if seconds is None else loop.call_later(seconds, self._gone)
+        self._leaving = None if seconds is None else loop.call_later(seconds, self._stop)
 
 
 async def _wait_for_return(socket: WebSocket) -> None:
@@ -152,7 +156,7 @@ async def _text(socket: WebSocket) -> str:
     return text
 
 
-async def _choosing(socket: WebSocket, workspace: Workspace) -> None:
+async def _choosing(socket: WebSocket, workspace: EditedFiles) -> None:
     """Serve a page on which no files have been opened yet, until it is closed."""
     with suppress(WebSocketDisconnect, RuntimeError):
         await socket.send_json({"type": "hello", "empty": True, **workspace.describe()})
@@ -173,7 +177,7 @@ class _Link:
         self._session, self._socket, self._pools, self._keep = session, socket, pools, keep
         self._newest: dict[str, asyncio.Queue[Any]] = {kind: asyncio.Queue(1) for kind in KINDS}
         self._sending = asyncio.Lock()
-        self._told = False
+        self._has_reported = False
 
     async def run(self) -> None:
         """Serve the page until it is closed."""
@@ -243,8 +247,7 @@ class _Link:
         """
         session, queue = self._session, self._newest["follow"]
         is_released = isinstance(message, Solve) and message.hand == "released"
-        maps: Any = await self._done("follow", lambda: session.maps) if is_released else []
-        released = maps[0] if maps else None
+        released: Any = await self._done("follow", lambda: session.maps) if is_released else None
         for _ in range(MOST_RELAXATIONS):
             if not queue.empty() or session.scene is not message.scene:
                 return
@@ -259,8 +262,8 @@ class _Link:
     async def _kept(self, scene: Scene) -> None:
         """Keep unsaved changes; report a failure once."""
         failed = await self._done("files", self._keep, scene)
-        if failed and not self._told:
-            self._told = True
+        if failed and not self._has_reported:
+            self._has_reported = True
             await self._say(
                 {"type": "error", "message": f"unsaved changes could not be kept: {failed['error']}"}
             )
@@ -312,33 +315,40 @@ class _Link:
 
     def _answer(self, message: Answered) -> dict[str, Any]:
         session = self._session
-        if isinstance(message, Forget):
-            session.left = None
-            self._keep(session.scene)
-            return {}
-        if isinstance(message, Place):
-            return {"points": placing.transfer(session, message.side, message.points)}
-        if isinstance(message, ReadPins):
-            with naming(message.name):
-                return {"pins": session.pair.read_pins(message.name, message.text)}
-        if isinstance(message, WritePins):
-            text = landmarks.write(
-                message.suffix, message.scene.pins, session.pair.source, session.pair.target
-            )
-            return {"text": text, "name": f"{saving.stem(session.pair.job)}{message.suffix}"}
-        if isinstance(message, Suggest):
-            return {"pins": placing.suggest(session, message.scene)}
-        if isinstance(message, AddHandles):
-            return {"pins": placing.handles(session, message.scene, message.rows, message.columns)}
-        if isinstance(message, Export) and not message.write:
-            command = saving.export_command(session, message.scene, message.name, message.size)
-            return {"command": command, "sized": saving.has_size(message.name)}
-        names = saving.copy_names(session, message.name) if isinstance(message, Draw) else [message.name]
-        if not message.replace and (existing := [name for name in names if self._asks(name)]):
-            return {"exists": existing}
-        return self._written(message, names)
+        match message:
+            case Forget():
+                return self._forget()
+            case Place():
+                return {"points": placing.transfer(session, message.side, message.points)}
+            case Suggest():
+                return {"pins": placing.suggest(session, message.scene)}
+            case AddHandles():
+                return {"pins": placing.handles(session, message.scene, message.rows, message.columns)}
+            case ReadPins():
+                with naming(message.name):
+                    return {"pins": session.pair.read_pins(message.name, message.text)}
+            case WritePins():
+                return self._write_pins(message)
+            case Export(write=False):
+                command = saving.export_command(session, message.scene, message.name, message.size)
+                return {"command": command, "sized": saving.has_size(message.name)}
+            case Draw():
+                return self._write(message, saving.copy_names(session, message.name))
+            case _:
+                return self._write(message, [message.name])
 
-    def _asks(self, name: str) -> bool:
+    def _forget(self) -> dict[str, Any]:
+        session = self._session
+        session.unsaved_scene = None
+        self._keep(session.scene)
+        return {}
+
+    def _write_pins(self, message: WritePins) -> dict[str, Any]:
+        pair = self._session.pair
+        text = landmarks.write(message.suffix, message.scene.pins, pair.source, pair.target)
+        return {"text": text, "name": f"{saving.stem(pair.job)}{message.suffix}"}
+
+    def _must_confirm(self, name: str) -> bool:
         """Return whether the user must confirm that a file may be replaced: one that exists and was not written by this
         session.
         """
@@ -346,16 +356,32 @@ class _Link:
         is_known = name in session.written or name == session.pair.job.constraints
         return not is_known and check_output(name, force=True).exists()
 
-    def _written(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
+    def _write(self, message: Save | Draw | Export, names: list[str]) -> dict[str, Any]:
+        """Write files, unless the user must confirm that some may be replaced."""
+        if not message.replace and (existing := [name for name in names if self._must_confirm(name)]):
+            return {"exists": existing}
+        match message:
+            case Export():
+                return self._export(message, names[0])
+            case Save():
+                return self._save(message, names[0])
+            case Draw():
+                return self._draw(message, names)
+
+    def _export(self, message: Export, name: str) -> dict[str, Any]:
+        session = self._session
+        replace = message.replace or name in session.written
+        outcome = saving.export(session, message.scene, name, message.size, replace=replace)
+        return {"written": outcome.written, "notes": outcome.notes, "message": outcome.message}
+
+    def _save(self, message: Save, name: str) -> dict[str, Any]:
         session, scene = self._session, message.scene
-        if isinstance(message, Export):
-            replace = message.replace or names[0] in session.written
-            outcome = saving.export(session, scene, names[0], message.size, replace=replace)
-            return {"written": outcome.written, "notes": outcome.notes, "message": outcome.message}
-        if isinstance(message, Save):
-            name = saving.save(session, scene, names[0], replace=True)
-            self._keep(scene)
-            return {"written": [name], "command": saving.command(session, scene, {"constraints": name})}
+        name = saving.save(session, scene, name, replace=True)
+        self._keep(scene)
+        return {"written": [name], "command": saving.command(session, scene, {"constraints": name})}
+
+    def _draw(self, message: Draw, names: list[str]) -> dict[str, Any]:
+        session, scene = self._session, message.scene
         fields = saving.copies(session, scene, names, replace=True)
         if session.pair.drawn:
             session.saved = scene

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...balanced.warped import TargetWarp
 from ...maps.triangulated.map import TriangulatedMap
 
 MOST_POINTS_SHARE = (
@@ -23,17 +25,19 @@ class MapChoice:
         start: the map that it may continue from; None if there is none.
         fresh: whether it is computed from scratch even though there is a `start`.
         other: whether the map from scratch is known to be different.
-        gain: how many times less that one is stretched on 95 % of the target.
+        cost_ratio: cost of the map that continues from `start`, relative to that of the map from scratch.
         kept: whether `start` is the map as it is, rather than one to converge from.
         springs: stiffness of its soft pins, see `Live.springs`, with which the next drag begins; None if not known.
+        warp: the map that `start` is composed of, if it is one that leaves parts out, with a deformation after it.
     """
 
     start: TriangulatedMap | None = None
     fresh: bool = False
     other: bool = False
-    gain: float = 1.0
+    cost_ratio: float = 1.0
     kept: bool = False
     springs: dict[complex, float] | None = None
+    warp: TargetWarp | None = None
 
     @property
     def begins(self) -> TriangulatedMap | None:
@@ -46,6 +50,13 @@ class MapChoice:
         if self.start is None or not (self.other or self.fresh):
             return ""
         return "kept" if self.fresh else "fresh"
+
+
+def greatest_displacement(earlier: Sequence[TriangulatedMap], later: Sequence[TriangulatedMap]) -> float:
+    """Return the greatest displacement among the maps of all parts; infinite if they are not of the same parts."""
+    if len(earlier) != len(later):
+        return np.inf
+    return max(displacement(*maps) for maps in zip(earlier, later))
 
 
 def displacement(earlier: TriangulatedMap, later: TriangulatedMap) -> float:

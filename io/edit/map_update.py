@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from ...arrays import Complex
 from ...balanced.constraints.soft import MOST_LIMIT_RATIO
 from ...errors import InputError, all_names
-from ...fits import FITS
 from ...frames.choice import GOOD_STRETCH_P95
+from ...maps.joined import joined
 from ...maps.summary import WELL_SEEN_SHARE
 from ...maps.triangulated.map import TriangulatedMap
+from ...pins import Softness
 from ...result import Fit
 from ...status import Status
 from ..run.report import as_json
@@ -26,6 +27,24 @@ SEEN = ("shown", "covered")  # figures of maps of whole drawings
 LOST = ("left_out", "uncovered")  # figures of partial maps
 MISSED_DIAGONAL_SHARE = 1e-6  # relative to the target's diagonal; exact pins are met to 1e-9
 MISSED_STROKE_SHARE = 1e-3  # the same for strokes, whose points lie on their images to 2e-4
+NOTABLE_COST_RATIO = 1.2
+"""Cost of a continued map relative to that of the map from scratch, above which the latter is recommended, and replaces
+the other while the hand rests. Smaller differences are not worth a change of the whole picture.
+"""
+
+
+class ShownSilhouette(NamedTuple):
+    """What pictures show of a target: more than it paints, which is then a tone on the paper.
+
+    Attributes:
+        rings: the boundaries of what is shown.
+        toned: those of the tone.
+        colors: of the paper and of the tone, as in SVG; empty without a tone.
+    """
+
+    rings: list[Complex]
+    toned: list[Complex]
+    colors: tuple[str, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +55,13 @@ class Solved:
         fits: one for each part; a single one unless parts are mapped separately.
         report: figures of the first fit, with those of the others as its parts.
         pins: (k, 2) in the core plane; those of the scene come first.
+        silhouette: what pictures show of the target, if that is more than it paints; else None.
     """
 
     fits: list[Fit]
     report: dict[str, Any]
     pins: Complex
+    silhouette: ShownSilhouette | None = None
 
     @property
     def fit(self) -> Fit:
@@ -51,6 +72,20 @@ class Solved:
     def maps(self) -> list[TriangulatedMap]:
         """The map of each part."""
         return [fit.map for fit in self.fits if isinstance(fit.map, TriangulatedMap)]
+
+    @property
+    def map(self) -> TriangulatedMap:
+        """The maps of all parts as one."""
+        return joined(self.maps)
+
+    @property
+    def soft_pins(self) -> tuple[Complex, Softness | None]:
+        """The pins (k, 2) of all maps, and their softness; None if all are exact."""
+        pinned = [(fit.pins, softness) for fit in self.fits if (softness := fit.details.softness) is not None]
+        if not pinned:
+            return self.fit.pins, None
+        pins, softnesses = zip(*pinned)
+        return np.concatenate(pins), Softness.joined(softnesses)
 
     @property
     def status(self) -> Status:
@@ -74,10 +109,13 @@ class MapUpdate:
         patches: radius and tolerance of each soft pin, in the units of the files; None for exact pins.
         outlines: of a deformed shape, rings of [x, y] in the page's coordinates.
         other: "fresh" if the map from scratch differs, "kept" if the map continued from the last one does.
-        gain: how many times less the map from scratch is stretched on 95 % of the target, if it differs.
+        cost_ratio: cost of the continued map relative to that of the map from scratch, if they differ.
         short: indices of the pins that stopped short: they were moved from where they were dragged to where the map
             takes them.
         scene: the scene whose map this is, if pins stopped short; else the one that was requested.
+        bent: middle and radius of each feature of the picture that is bent, in file units; see `bent`.
+        silhouette: rings of what pictures show of the target if that is more than it paints, and the tone that it
+            paints below, in the page's coordinates; empty if it is not.
     """
 
     kind: str
@@ -87,19 +125,46 @@ class MapUpdate:
     wrong: dict[str, list[int]] = field(default_factory=dict)
     drawn: NDArray[np.float32] | None = None
     other: str = ""
-    gain: float = 1.0
+    cost_ratio: float = 1.0
     outlines: list[list[list[float]]] = field(default_factory=list)
     patches: list[dict[str, float] | None] = field(default_factory=list)
     short: list[int] = field(default_factory=list)
     scene: Scene | None = None
+    bent: list[dict[str, Any]] = field(default_factory=list)
+    silhouette: dict[str, Any] = field(default_factory=dict)
 
     def head(self, seq: int) -> dict[str, Any]:
         """Return all fields except `drawn` for the page; `seq` is the number of the request that this answers."""
-        names = ("kind", "ok", "message", "figures", "wrong", "other", "gain", "outlines", "patches", "short")
+        names = (
+            "kind",
+            "ok",
+            "message",
+            "figures",
+            "wrong",
+            "other",
+            "outlines",
+            "patches",
+            "short",
+            "bent",
+            "silhouette",
+        )
         head = {name: getattr(self, name) for name in names}
+        head["message"] += _sentence_about_other(self.other, self.cost_ratio)
         if self.scene is not None:
             head["pins"] = self.scene.model_dump(mode="json")["pins"]
         return as_json({"type": "map", "seq": seq, **head})
+
+
+def _sentence_about_other(other: str, cost_ratio: float) -> str:
+    """Return a sentence about the other map that the user can choose, which follows the one about the map."""
+    better = f"{cost_ratio:.2g} times better" if cost_ratio > NOTABLE_COST_RATIO else ""
+    if other == "fresh":
+        return f" A map from scratch would be {better or 'different'}."
+    if other == "kept":
+        return " This map was computed from scratch" + (
+            f", and is {better} than the continued one." if better else "."
+        )
+    return ""
 
 
 def figures(report: dict[str, Any]) -> dict[str, Any]:
@@ -108,27 +173,32 @@ def figures(report: dict[str, Any]) -> dict[str, Any]:
     return {name: report[name] for name in (*names, *SEEN, *LOST) if name in report}
 
 
-def verdict(status: Status, report: dict[str, Any], *, deformed: bool) -> str:
-    """Return a sentence about a converged map, for users who have never seen a report."""
+def verdict(status: Status, report: dict[str, Any], *, deformed: bool, bent: int = 0) -> str:
+    """Return a sentence about a converged map, for users who have never seen a report; `bent` is the number of features
+    that it bends.
+    """
     if not status.ok:
         return status.value
-    most, certified = report["stretch"]["p95"], report["injective"]["certified"]
-    even = f"it is stretched by a factor of {most:.2g} or more on 5 % of its area"
-    folds = "nothing folds" if certified else "the absence of folds is not certified"
-    if deformed:
-        return f"Pins and strokes are met, {folds}."
-    losses = [
+    folds = "nothing folds" if report["injective"]["certified"] else "the absence of folds is not certified"
+    stretch = report["stretch"]["p95"]
+    is_even = stretch <= GOOD_STRETCH_P95
+    flaws = [
         f"{1 - report[name]:.0%} of the {side} {loss}"
         for name, side, loss in (("shown", "source", "is hidden"), ("covered", "target", "stays bare"))
         if report.get(name, 1) < WELL_SEEN_SHARE
     ]
-    if losses:
-        return f"The shapes fit, {folds}, but {' and '.join([*losses, *([even] if most > GOOD_STRETCH_P95 else [])])}."
-    return (
-        f"Good fit: the scale is nearly uniform, {folds}."
-        if most <= GOOD_STRETCH_P95
-        else (f"The shapes fit, {folds}, but {even}.")
-    )
+    if not is_even:
+        flaws.append(f"it is stretched by a factor of {stretch:.2g} or more on 5 % of its area")
+    if deformed:
+        sentence = f"Pins and strokes are met, {folds}."
+    elif flaws:
+        sentence = f"The shapes fit, {folds}, but {' and '.join(flaws)}."
+    else:
+        sentence = f"{'The shapes fit' if bent else 'Good fit'}: the scale is nearly uniform, {folds}."
+    if not bent:
+        return sentence
+    places = "one place" if bent == 1 else f"{bent} places"
+    return f"{sentence} The picture is bent in {places}, marked by dashed rings."
 
 
 def blocked_sentence(pins: Sequence[int]) -> str:
@@ -140,17 +210,9 @@ def blocked_sentence(pins: Sequence[int]) -> str:
     )
 
 
-def whole_sentence(earlier: Fit) -> str:
+def whole_sentence() -> str:
     """Return a sentence about a map of whole shapes that replaced an earlier one, which left parts out."""
-    title = FITS[
-        "cover"
-        if earlier.details.drawings is not None or earlier.coverage.left_out > earlier.coverage.uncovered
-        else "contain"
-    ].title
-    return (
-        "With pins or strokes nothing is left out, so the picture changed, and follows as you drag. "
-        f"{title} under Fit leaves parts out even then, but shows the map only after you release."
-    )
+    return "With these pins, strokes or regions nothing is left out, so the picture changed."
 
 
 def reached_sentence(pins: Sequence[int]) -> str:

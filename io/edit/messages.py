@@ -8,10 +8,11 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_vali
 
 from ...errors import InputError
 from ...fits import FITS, FitName
+from ...options import MAX_BALANCE
 from .. import limits
 from ..checked import StrictModel, first
 from ..point_syntax import Place as Spot
-from ..shapes.listing import Pin, Polygon, Stroke
+from ..shapes.listing import PinEntry, Polygon, StrokeEntry
 
 
 class _Message(StrictModel):
@@ -23,10 +24,10 @@ class Scene(_Message):
     map.
     """
 
-    pins: list[Pin] = Field(default=[], max_length=limits.PAGE_PINS)
-    strokes: list[Stroke] = Field(default=[], max_length=limits.PAGE_STROKES)
+    pins: list[PinEntry] = Field(default=[], max_length=limits.PAGE_PINS)
+    strokes: list[StrokeEntry] = Field(default=[], max_length=limits.PAGE_STROKES)
     rigid: list[str | Polygon] = Field(default=[], max_length=limits.PAGE_STROKES)
-    balance: float = Field(default=1.0, gt=0, le=limits.BALANCE)
+    balance: float = Field(default=1.0, gt=0, le=MAX_BALANCE)
     turn: float | Literal["any"] = 0.0
     fit: FitName = "auto"
 
@@ -91,20 +92,20 @@ class Place(_Message):
     points: list[Spot] = Field(min_length=1, max_length=limits.PAGE_POINTS)
 
 
-class _File(_Message):
+class _FileMessage(_Message):
     id: int
     scene: Scene
     name: str = Field(min_length=1, max_length=200)
     replace: bool = False
 
 
-class Save(_File):
+class Save(_FileMessage):
     """A request to save pins and strokes as JSON."""
 
     type: Literal["save"]
 
 
-class Draw(_File):
+class Draw(_FileMessage):
     """A request to draw pins and strokes into copies of the SVG files, whose names end in this suffix."""
 
     type: Literal["draw"]
@@ -153,7 +154,7 @@ class WritePins(_Message):
     suffix: str = Field(max_length=20)
 
 
-class Export(_File):
+class Export(_FileMessage):
     """A request for what `iccm map` writes; without `write`, only for the command that writes it."""
 
     type: Literal["export"]
@@ -200,7 +201,9 @@ def read_download(text: bytes) -> Download:
         raise InputError(f"invalid message: {first(error, whole='')}") from None
 
 
-def scene_of(pins: list[Pin], strokes: list[Stroke], rigid: list[str | Polygon], **how: Any) -> Scene:
+def scene_of(
+    pins: list[PinEntry], strokes: list[StrokeEntry], rigid: list[str | Polygon], **how: Any
+) -> Scene:
     """Return a scene that was not made on the page.
 
     `how` are settings of the map, such as its balance.

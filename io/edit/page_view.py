@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Box, Complex
+from ...drawings.detail import Detail
 from ...maps.moved_rings import move_rings
 from ...maps.regions import outline_in_source
 from ...maps.triangulated.map import TriangulatedMap
@@ -19,6 +20,8 @@ from ...result import Fit
 from ..run import framing, texture
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
+from .bent import bent_places
+from .map_update import ShownSilhouette
 from .messages import Scene
 from .own_drawing import own_drawing
 from .pair import PLACE_DIGITS, Pair
@@ -128,6 +131,29 @@ class PageView:
         flat = self.halves[0](surface.shape.flattening.flat) if side == "source" else np.zeros(0, "f4")
         return surface.triangles + flat.astype("<f4").tobytes()
 
+    @cached_property
+    def detail(self) -> Detail | None:
+        """The edges of the picture that is mapped; None for meshes, and for a checkerboard, which has no features."""
+        run = self._pair.run
+        is_picture = texture.has_texture(run.job, self._pair.source) and run.job.kind == "colour"
+        if self._pair.has_mesh or not is_picture:
+            return None
+        return run.detail or texture.detail_of(run.job, self._pair.source, self._image, run.box)
+
+    def bent(self, maps: list[TriangulatedMap]) -> list[dict[str, Any]]:
+        """Return the features of the picture that maps bend, in file units."""
+        if self.detail is None:
+            return []
+        source, target = self._pair.source, self._pair.target
+        return [
+            {
+                "source": source.to_file(place.point).tolist(),
+                "target": target.to_file(place.image).tolist(),
+                "radius": place.radius / source.unit_at(place.point),
+            }
+            for place in bent_places(maps, self.detail, source.curve)
+        ]
+
     def image_of(self, maps: Sequence[TriangulatedMap]) -> NDArray[np.float32]:
         """Return what the page draws of the maps of all parts.
 
@@ -149,6 +175,13 @@ class PageView:
         if self._pair.source.drawing is not None:
             rings = [rings[0], *move_rings(map, self._pair.source.drawing.rings)]
         return [self.halves[1].points(ring) for ring in rings]
+
+    def silhouette(self, silhouette: ShownSilhouette | None) -> dict[str, Any]:
+        """Return what pictures show of the target in the page's coordinates; empty if it is what the target paints."""
+        if silhouette is None:
+            return {}
+        rings, toned = ([self.halves[1].points(ring) for ring in side] for side in silhouette[:2])
+        return {"rings": rings, "toned": toned, "colors": list(silhouette.colors)}
 
     def regions(self, fit: Fit, report: dict[str, Any]) -> list[dict[str, Any]]:
         """Return the figures of rigid regions with their outlines on both sides."""

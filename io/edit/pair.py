@@ -18,7 +18,7 @@ from ..run.phases import Phases
 from ..run.resolve import suffix_for
 from ..run.state import Run
 from ..shapes import constraints, listing
-from ..shapes.listing import ConstraintsFile, Pin, Stroke
+from ..shapes.listing import ConstraintsFile, PinEntry, StrokeEntry
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from .messages import Scene, scene_of
@@ -123,11 +123,11 @@ def _scene(job: Job, source: Shape, target: Shape, listed: ConstraintsFile) -> S
     collected = constraints.collect(source, target)  # rejects names that occur in one file only
     listed.check(source, target)
     pins = [
-        Pin(name=_bare(name), source=_place(source, a), target=_place(target, b), **settings)
+        PinEntry(name=_bare(name), source=_place(source, a), target=_place(target, b), **settings)
         for name, (a, b), settings in zip(source.pins, collected.pins, collected.settings)
     ]
     strokes = [
-        Stroke(
+        StrokeEntry(
             name=_bare(name),
             source=[_place(source, z) for z in a.z],
             target=[_place(target, z) for z in b.z],

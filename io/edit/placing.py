@@ -10,6 +10,7 @@ import numpy as np
 
 from ...curve import Curve
 from ...errors import InputError
+from ...maps.joined import images
 from .. import limits
 from ..point_syntax import Place
 from ..run.constraints import check_inside
@@ -46,9 +47,7 @@ def transfer(session: Session, side: str, points: Sequence[Place]) -> list[list[
         raise InputError(
             "this point is in a hole; place the pin next to it, then drag both ends into the holes to be paired"
         )
-    w = np.full(z.shape, complex(np.nan, np.nan))
-    for map in maps:
-        w = np.where(np.isfinite(w), w, (map if from_source else map.inverse)(z))
+    w = images([map if from_source else map.inverse for map in maps], z)
     if not np.isfinite(w).all():
         raise InputError("this point is not part of the map; place the pin elsewhere")
     if not pair.deforming:

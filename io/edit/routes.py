@@ -22,11 +22,13 @@ from starlette.websockets import WebSocket
 
 from ...errors import InputError
 from .. import limits
+from ..run.report import as_json
 from . import messages, saving
 from .guard import Guard
 from .link import Keep, Links
+from .map_update import LOST, SEEN
 from .wording import on_page
-from .workspace import Workspace, parts_of
+from .workspace import EditedFiles, parts_of
 
 CONTENT_TYPES = {
     ".html": "text/html",
@@ -34,6 +36,7 @@ CONTENT_TYPES = {
     ".js": "text/javascript",
     ".svg": "image/svg+xml",
 }
+COMPARED_FIGURES = ("stretch", *SEEN, *LOST)  # of the maps of several fits
 LEAST_SIDE_TEXELS = 2048  # of a texture's side: supported by every WebGL 2 implementation
 MOST_SIDE_DIGITS = 5  # of a texture's side in a request
 
@@ -49,10 +52,10 @@ def page_files() -> dict[str, tuple[bytes, str]]:
 
 
 def app(
-    workspace: Workspace,
+    workspace: EditedFiles,
     token: str,
     port: int,
-    gone: Callable[[], None],
+    stop: Callable[[], None],
     keep: Keep = lambda *_: None,
     arrived: Callable[[], object] = lambda: None,
     **options: Any,
@@ -63,12 +66,12 @@ def app(
         workspace: the open shapes.
         token: the first part of every address.
         port: of the server.
-        gone: called when the last page has been closed.
+        stop: called when the last page has been closed.
         keep: stores unsaved changes.
         arrived: called when a browser requests the page.
         **options: passed to `Links`.
     """
-    answers = _Answers(workspace, Links(workspace, gone, keep, **options), arrived)
+    answers = _Answers(workspace, Links(workspace, stop, keep, **options), arrived)
     routes: list[BaseRoute] = [
         Route(f"/{token}/{name}", answers.page_file(name, content, kind), methods=["GET"])
         for name, (content, kind) in page_files().items()
@@ -91,7 +94,7 @@ def app(
 class _Answers:
     """Handlers of the routes."""
 
-    def __init__(self, workspace: Workspace, links: Links, arrived: Callable[[], object]) -> None:
+    def __init__(self, workspace: EditedFiles, links: Links, arrived: Callable[[], object]) -> None:
         self._workspace, self._links, self._arrived = workspace, links, arrived
 
     def page_file(self, name: str, content: bytes, kind: str) -> Callable[..., Any]:
@@ -165,7 +168,8 @@ class _Answers:
         suffix = result.name[result.name.rfind(".") :].lower()
         kind = CONTENT_TYPES.get(suffix) or mimetypes.types_map.get(suffix, "application/octet-stream")
         notes = json.dumps([on_page(note) for note in result.notes])
-        headers = {"x-file-name": quote(result.name), "x-notes": quote(notes)}
+        shown = json.dumps(as_json({name: result.figures.get(name) for name in COMPARED_FIGURES}))
+        headers = {"x-file-name": quote(result.name), "x-notes": quote(notes), "x-figures": shown}
         return Response(result.content, media_type=kind, headers=headers)
 
     async def describe_workspace(self, request: Request) -> Response:

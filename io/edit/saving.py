@@ -23,6 +23,7 @@ from ..run.job import Job, make
 from ..shapes.shape import Shape
 from ..spec import path_of
 from . import drawn
+from .map_update import figures
 from .messages import Scene
 from .session import Session
 
@@ -295,15 +296,16 @@ def export(session: Session, scene: Scene, name: str, size: int, *, replace: boo
     return outcome
 
 
-class Download(NamedTuple):
-    """A file for the browser to download, and notes on what differs in it."""
+class DownloadFile(NamedTuple):
+    """A file for the browser to download, notes on what differs in it, and the figures of its map."""
 
     name: str
     content: bytes
     notes: tuple[str, ...]
+    figures: dict[str, Any]
 
 
-def download(session: Session, scene: Scene, name: str, size: int) -> Download:
+def download(session: Session, scene: Scene, name: str, size: int) -> DownloadFile:
     """Return what `export` writes as one file: a ZIP archive if there are several, such as a mesh and its texture.
 
     Raises:
@@ -314,14 +316,15 @@ def download(session: Session, scene: Scene, name: str, size: int) -> Download:
         with naming_only(folder):
             outcome = _write(session, scene, str(Path(folder) / name), size, replace=True)
         notes = tuple(_without(folder, note) for note in outcome.notes)
+        map_figures = figures(outcome.report)
         written = sorted(Path(folder).iterdir())
         if len(written) == 1:
-            return Download(written[0].name, written[0].read_bytes(), notes)
+            return DownloadFile(written[0].name, written[0].read_bytes(), notes, map_figures)
         archive = io.BytesIO()
         with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
             for file in written:
                 packed.write(file, file.name)
-        return Download(f"{Path(name).stem}.zip", archive.getvalue(), notes)
+        return DownloadFile(f"{Path(name).stem}.zip", archive.getvalue(), notes, map_figures)
 
 
 def _write(

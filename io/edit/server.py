@@ -18,13 +18,13 @@ from ...errors import InputError
 from .. import limits
 from . import autosave
 from .routes import app
-from .workspace import Workspace, remove_old_copies
+from .workspace import EditedFiles, remove_old_copies
 
 BROWSER_DELAY_SECONDS = 0.3
 """Seconds before the browser is opened; by then the server must be listening."""
 
 
-def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
+def serve(workspace: EditedFiles, *, port: int, browser: bool, show: Callable[[str], None]) -> None:
     """Serve a workspace until its page is closed.
 
     Args:
@@ -42,7 +42,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
     if workspace.session:
         autosave.offer(workspace.session, unsaved)
     with (
-        listen(port or (unsaved.port if unsaved else 0), otherwise=not port) as listener,
+        listen(port or (unsaved.port if unsaved else 0), any_if_used=not port) as listener,
         tempfile.TemporaryDirectory(prefix="iccm-edit-", ignore_cleanup_errors=True) as private_folder,
     ):
         port = listener.getsockname()[1]
@@ -50,7 +50,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
         address = f"http://127.0.0.1:{port}/{token}/"
         redirect = Path(private_folder, "iccm-edit.html")
 
-        def gone() -> None:
+        def stop() -> None:
             server.should_exit = True
 
         server = uvicorn.Server(
@@ -59,7 +59,7 @@ def serve(workspace: Workspace, *, port: int, browser: bool, show: Callable[[str
                     workspace,
                     token,
                     port,
-                    gone,
+                    stop,
                     lambda session, scene: autosave.keep(session, scene, port, token),
                     arrived=lambda: redirect.unlink(missing_ok=True),
                 ),
@@ -98,9 +98,9 @@ def _open(page: Path) -> None:
         webbrowser.open(page.as_uri())
 
 
-def listen(port: int, *, otherwise: bool = False) -> socket.socket:
+def listen(port: int, *, any_if_used: bool = False) -> socket.socket:
     """Return a listening socket that only this machine can reach; on any other port if this one is in use and
-    `otherwise`.
+    `any_if_used`.
 
     Raises:
         InputError: the port is in use, or may not be used.
@@ -113,7 +113,7 @@ def listen(port: int, *, otherwise: bool = False) -> socket.socket:
         listener.listen()
     except OSError as error:
         listener.close()
-        if otherwise:
+        if any_if_used:
             return listen(0)
         raise InputError(
             f"--port {port}: {error.strerror}; leave the option out to use any free port"

@@ -5,6 +5,7 @@ Without a target the shape is deformed: the other half of the page shows the sam
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Literal
@@ -14,24 +15,27 @@ import numpy as np
 from ...arrays import Complex, Index
 from ...balanced.constraints.soft import MOST_LIMIT_RATIO, softness_of
 from ...balanced.interactive import Live
-from ...balanced.model.energy import Energy
-from ...balanced.model.settings import Settings
 from ...balanced.search.final_mesh import NARROW_AIM
+from ...balanced.warped import TargetWarp, WarpedLive
 from ...blas import one_thread
 from ...errors import Cancelled, InputError
-from ...maps.approximation import triangulated
+from ...fits import FITS
 from ...maps.distortion import in_middles
+from ...maps.joined import images, joined
 from ...maps.triangulated.map import TriangulatedMap
+from ...options import Options
 from ...pins import Softness
 from ...progress import listening
 from ...result import Fit
 from ...status import Status
 from ..run.job import Job
+from ..run.maps import cost_of_fit
 from ..run.report import as_json
 from ..shapes.starts import StartingMap
-from .map_choice import MapChoice, displacement, same
+from .map_choice import MapChoice, greatest_displacement, same
 from .map_update import (
     MISSED_DIAGONAL_SHARE,
+    NOTABLE_COST_RATIO,
     MapUpdate,
     Solved,
     blocked_sentence,
@@ -70,10 +74,6 @@ that the solver measures another distance.
 """
 PLACED_SHARE = 1e-3  # of the target's diagonal: a new pin this close to where the map takes it moves nothing
 MOST_COMPARED_PINS = 12  # a map from scratch with more takes seconds
-REPLACED_STRETCH_RATIO = 1.2
-"""Stretch of the map that is seen, on 95 % of the target and relative to the map from scratch, above which the latter
-replaces it while the hand rests. Smaller differences are not worth a change of the whole picture.
-"""
 # a map from scratch with one of these statuses does not replace another map
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 Way = Literal["", "fresh", "kept", "search"]
@@ -92,11 +92,12 @@ class Session:
         self.pair = Pair(job)
         self.view = PageView(self.pair)
         self.scene = self.saved = self.pair.first
-        self.left: Scene | None = None
+        self.unsaved_scene: Scene | None = None
         self.written: set[str] = set()
         self._fit: Fit | None = None
         self._maps: list[TriangulatedMap] = []
-        self._live: Live | None = None
+        self._live: Live | WarpedLive | None = None
+        self._warp: TargetWarp | None = None
         self._followed = self._shown_key = ""
         self._is_met, self._missed = False, np.empty(0, np.int64)
         self._last = (self.pair.first, MapUpdate("error", False, ""))
@@ -104,9 +105,9 @@ class Session:
         if self.pair.start:
             self.begin(self.pair.first, self.pair.start)
 
-    def go_on_from(self, previous: Session) -> None:
+    def take_over(self, previous: Session) -> None:
         """Take over the edits from a session with the same shapes and another texture."""
-        self.scene, self.saved, self.left = previous.scene, previous.saved, previous.left
+        self.scene, self.saved, self.unsaved_scene = previous.scene, previous.saved, previous.unsaved_scene
         self.written, self._choices = previous.written, previous._choices
 
     @property
@@ -126,8 +127,9 @@ class Session:
 
     def describe(self) -> dict[str, Any]:
         """Return what the page needs to know before it draws: the pair, and the scenes."""
-        scenes = {name: _dumped(getattr(self, name)) for name in ("scene", "saved", "left")}
-        return as_json({**self.view.describe(), **scenes})
+        scenes = {"scene": self.scene, "saved": self.saved, "left": self.unsaved_scene}
+        dumped = {name: _dumped(scene) for name, scene in scenes.items()}
+        return as_json({**self.view.describe(), **dumped})
 
     def begin(self, scene: Scene, start: StartingMap) -> None:
         """Set the map that the map of a scene continues from.
@@ -183,6 +185,8 @@ class Session:
                         return self._blocked()
                     if (short := self._stop_short(scene)) is not None:
                         return short
+                if not way and (warped_update := self._warped(scene)) is not None:
+                    return warped_update
                 choice = self._choices.get(scene.key) or MapChoice(self._start(scene))
                 choice = replace(choice, fresh=way == "fresh") if way in ("fresh", "kept") else choice
                 solved, choice = self._solve(scene, choice)
@@ -198,7 +202,7 @@ class Session:
             and earlier.coverage.is_partial
             and not solved.fit.coverage.is_partial
         ):
-            return replace(update, message=f"{update.message} {whole_sentence(earlier)}")
+            return replace(update, message=f"{update.message} {whole_sentence()}")
         return update
 
     def _is_shown(self, scene: Scene, way: Way) -> bool:
@@ -207,6 +211,40 @@ class Session:
         if choice is None or not way or scene.key != self._last[0].key or self.has_followed(scene):
             return False
         return choice.fresh == (way == "fresh")
+
+    def _warps(self, scene: Scene) -> bool:
+        """Return whether the map of a scene is the one that is seen, with a deformation of the target after it."""
+        last_scene = self._last[0]
+        settings = {"pins": last_scene.pins}
+        return (
+            self._warp is not None
+            and not self.pair.job.exact_pins
+            and self._can_keep(scene)
+            and scene.model_copy(update=settings).key == last_scene.key
+            and all(pin.radius != 0 and pin.turn is None and pin.scale is None for pin in scene.pins)
+        )
+
+    def _warped(self, scene: Scene) -> MapUpdate | None:
+        """Make the map that is seen that of a scene, with a deformation of the target after it that moves the pins.
+
+        Returns:
+            The update; None if there is no such map, or it does not meet the pins.
+        """
+        if not self._warps(scene) or scene.key in self._choices:
+            return None
+        with suppress(InputError):
+            placed = self.pair.placed(scene)
+            live = self._continue(scene, placed)
+            assert isinstance(live, WarpedLive)
+            if self._off(live, placed, len(scene.pins)).size:
+                return None
+            start = self._as_saved(live.start, scene)
+            choice = MapChoice(start, kept=True, springs=live.springs, warp=live.warp)
+            solved = solve_scene(self.pair, scene, start, kept=True)
+            is_same = self._moved_share(live.maps, solved.maps) <= MOST_SETTLING_SHARE
+            if is_same and solved.status.ok and not any(missed_constraints(solved.report, scene).values()):
+                return self._settle(scene, solved, choice, live=live)
+        return None
 
     def _can_keep(self, scene: Scene) -> bool:
         """Return whether the map that is shown can become that of a scene as it is; strokes need other vertices."""
@@ -220,36 +258,38 @@ class Session:
         """
         if not self._can_keep(scene):
             return None
+        warp = self._warp
         if self.has_followed(scene):
             assert self._live is not None
             if self._live.coarse or not self._is_met:
                 return None
             visible: TriangulatedMap = self._live.start
             springs: dict[complex, float] | None = self._live.springs
+            if isinstance(self._live, WarpedLive):
+                warp = self._live.warp
         elif self._only_adds_pins(scene) and self._fit is not None:
-            choice = self._choices[self._last[0].key]
-            visible = (
-                choice.begins if choice.kept and choice.begins is not None else triangulated(self._fit.map)
-            )
+            choice = self._choices.get(self._last[0].key, MapChoice())
+            is_kept = choice.kept and choice.begins is not None
+            visible = choice.begins if is_kept else joined(self._maps)  # type: ignore[assignment]
             springs = choice.springs if self._live is None else self._live.springs
         else:
             return None
         with suppress(InputError):
             start = self._as_saved(visible, scene)
-            choice = MapChoice(start, kept=True, springs=springs)
+            choice = MapChoice(start, kept=True, springs=springs, warp=warp)
             solved = solve_scene(self.pair, scene, start, kept=True)
-            if self._is_kept(scene, start, solved):
+            if self._is_kept(scene, solved):
                 return self._settle(scene, solved, choice, live=self._live)
         return None
 
-    def _is_kept(self, scene: Scene, start: TriangulatedMap, solved: Solved) -> bool:
+    def _is_kept(self, scene: Scene, solved: Solved) -> bool:
         """Return whether a solve that was to keep its start did so, and the map meets all constraints.
 
         If the start misses a pin as the solver measures it, the result is a map that meets the pin exactly.
         """
         if not solved.status.ok or any(missed_constraints(solved.report, scene).values()):
             return False
-        return self._moved_share(self._map or start, solved.maps[0]) <= MOST_SETTLING_SHARE
+        return self._moved_share(self._maps, solved.maps) <= MOST_SETTLING_SHARE
 
     def _blocked(self) -> MapUpdate:
         """Return the update for a hand that rests where the map cannot follow."""
@@ -272,9 +312,10 @@ class Session:
                 shortened = stop_short(self.pair, scene, self._last[0], live, missed, aim)
                 start, pins = self._as_saved(live.start, shortened), self.pair.placed(shortened).pins
                 solved = solve_scene(self.pair, shortened, start, kept=True)
-                if self._is_kept(shortened, start, solved):
+                if self._is_kept(shortened, solved):
                     springs = held_springs(live, dragged_pins[missed], pins[missed])
-                    chosen = MapChoice(start, kept=True, springs=springs)
+                    warp = live.warp if isinstance(live, WarpedLive) else None
+                    chosen = MapChoice(start, kept=True, springs=springs, warp=warp)
                     update = self._settle(shortened, solved, chosen, requested=scene)
                     short = missed.tolist()
                     update = replace(update, message=stopped_sentence(short), short=short)
@@ -283,8 +324,9 @@ class Session:
                     return replace(update, scene=shortened)
         return None
 
-    def _off(self, live: Live, map: TriangulatedMap, placed: PlacedConstraints, count: int) -> Index:
-        """Return the indices (k,) of the pins, of the first `count`, that a map takes too far from their places.
+    def _off(self, live: Live | WarpedLive, placed: PlacedConstraints, count: int) -> Index:
+        """Return the indices (k,) of the pins, of the first `count`, that a map which follows takes too far from their
+        places.
 
         Soft pins are measured; exact pins are off only as long as the map that follows has not reached them.
         """
@@ -292,7 +334,7 @@ class Session:
         softness = softness_of(placed.pins, live.patches.points, live.patches.softness).of_pins(
             np.arange(count)
         )
-        gaps = np.abs(map(pins[:, 0]) - pins[:, 1])
+        gaps = np.abs(images(live.maps, pins[:, 0]) - pins[:, 1])
         is_off = np.where(
             softness.is_soft,
             gaps > MOST_LIMIT_RATIO * softness.limits,
@@ -302,21 +344,17 @@ class Session:
 
     def _only_adds_pins(self, scene: Scene) -> bool:
         """Return whether a scene differs from the last one by new pins only, which are where the map takes them."""
-        last_scene, map = self._last[0], self._map
-        if (
-            self._fit is None
-            or map is None
-            or scene.key in self._choices
-            or not (scene.whole and self.is_whole)
-        ):
+        last_scene = self._last[0]
+        if self._fit is None or not self._maps or scene.key in self._choices or not self._follows(scene):
             return False
         ends = [(pin.source, pin.target) for pin in last_scene.pins]
         new_pins = [pin for pin in scene.pins if (pin.source, pin.target) not in ends]
         without_new = scene.model_copy(update={"pins": [pin for pin in scene.pins if pin not in new_pins]})
-        if not new_pins or without_new.key != last_scene.key:
+        keeps_form = any(pin.radius for pin in new_pins)  # then the map has to change there
+        if not new_pins or keeps_form or without_new.key != last_scene.key:
             return False
         placed = self.pair.placed(scene.model_copy(update={"pins": new_pins})).pins
-        gaps = np.abs(map(placed[:, 0]) - placed[:, 1])
+        gaps = np.abs(images(self._maps, placed[:, 0]) - placed[:, 1])
         return bool((gaps <= PLACED_SHARE * self.pair.target.curve.diagonal).all())
 
     def compare(self, scene: Scene, *, resting: bool = False) -> MapUpdate | None:
@@ -328,7 +366,7 @@ class Session:
         are not compared, because each takes seconds.
 
         Where the hand still holds what it dragged, what replaces the map is seen before it is released. Then a map
-        from scratch replaces it if that is stretched much less, and a map that reaches the pins if the one that
+        from scratch replaces it if that costs much less, and a map that reaches the pins if the one that
         is seen cannot.
 
         Args:
@@ -351,20 +389,24 @@ class Session:
         solved = solve_scene(self.pair, scene, None)
         if any(missed_constraints(solved.report, scene).values()):
             return None
-        if same(fit.map, solved.maps[0]):  # type: ignore[arg-type]
-            return self._replace(scene, solved, MapChoice(), live=self._live)
-        gain = fit.distortion.stretch_p95 / solved.fit.distortion.stretch_p95
-        choice = replace(choice, other=True, gain=gain if solved.status.ok else 1.0)
-        if resting and choice.gain > REPLACED_STRETCH_RATIO and not solved.fit.coverage.is_partial:
+        is_alike = len(self._maps) == len(solved.maps) == 1
+        if is_alike and same(fit.map, solved.maps[0]):  # type: ignore[arg-type]
+            return self._replace(scene, solved, MapChoice(), live=None if self._warp else self._live)
+        ratio = cost_of_fit(fit) / cost_of_fit(solved.fit) if is_alike and solved.status.ok else 1.0
+        choice = replace(choice, other=True, cost_ratio=ratio)
+        is_replaced = resting and self._warp is None and not solved.fit.coverage.is_partial
+        if is_replaced and ratio > NOTABLE_COST_RATIO:
             return self._replace(scene, solved, replace(choice, fresh=True))
         if self.scene is not scene:
             return None
         self._choices[scene.key] = choice
-        self._last = scene, replace(self._last[1], other=choice.alternative, gain=choice.gain)
+        self._last = scene, replace(self._last[1], other=choice.alternative, cost_ratio=ratio)
         return replace(self._last[1], drawn=None)
 
     def _reach(self, scene: Scene) -> MapUpdate | None:
         """Return the update that shows a map which meets all pins, where the one that is seen cannot follow them."""
+        if self._warp is not None:
+            return None  # another fit is for the person to ask for
         missed = self._missed.tolist()
         solved, choice = self._solve(scene, MapChoice(self._start(scene)))
         if not solved.status.ok or any(missed_constraints(solved.report, scene).values()):
@@ -377,7 +419,7 @@ class Session:
         solved: Solved,
         choice: MapChoice,
         *,
-        live: Live | None = None,
+        live: Live | WarpedLive | None = None,
         message: str = "",
     ) -> MapUpdate | None:
         """Return the update that shows a map in place of another one of the same scene; None if the hand has moved on
@@ -407,12 +449,12 @@ class Session:
     def _before(self, scene: Scene) -> TriangulatedMap | None:
         """Return the coarse map that follows, or the last converged one.
 
-        None without pins, after a change of the rotation, for partial maps, and with rigid regions.
+        None without pins, after a change of the rotation, for partial maps and warped ones, and with rigid regions.
         """
         fit, last_scene = self._fit, self._last[0]
         if self.pair.deforming:
             return self._map if scene.constrained else None
-        if scene.rigid or last_scene.rigid:
+        if scene.rigid or last_scene.rigid or self._warp is not None:
             return None
         if (
             fit is None
@@ -425,6 +467,10 @@ class Session:
         if self._live is not None and self._followed == scene.key:
             return self._live.start
         return self._continue(scene, self.pair.placed(scene)).start
+
+    def _follows(self, scene: Scene) -> bool:
+        """Return whether the map that is shown can follow to a scene while its pins are dragged."""
+        return self._warps(scene) or (self._warp is None and scene.whole and self.is_whole)
 
     @property
     def is_whole(self) -> bool:
@@ -467,7 +513,7 @@ class Session:
         solved: Solved,
         choice: MapChoice,
         *,
-        live: Live | None = None,
+        live: Live | WarpedLive | None = None,
         requested: Scene | None = None,
     ) -> MapUpdate:
         """Return the update that shows a map, and make the map the current one if it meets the constraints.
@@ -501,27 +547,42 @@ class Session:
             wrong,
             image,
             choice.alternative,
-            choice.gain,
+            choice.cost_ratio,
         )
-        update = MapUpdate("full", status.ok, verdict(status, report, deformed=self.pair.deforming), *details)
+        bent = self.view.bent(solved.maps)
+        message = verdict(status, report, deformed=self.pair.deforming, bent=len(bent))
         return replace(
-            update,
-            patches=self.view.soft_pins(scene, solved.pins, solved.fit.pins, solved.fit.details.softness),
+            MapUpdate("full", status.ok, message, *details, bent=bent),
+            patches=self.view.soft_pins(scene, solved.pins, *solved.soft_pins),
+            silhouette=self.view.silhouette(solved.silhouette),
         )
 
-    def _show(self, scene: Scene, solved: Solved, update: MapUpdate, live: Live | None) -> MapUpdate:
+    def _show(
+        self, scene: Scene, solved: Solved, update: MapUpdate, live: Live | WarpedLive | None
+    ) -> MapUpdate:
         """Make a map the one that is shown, and return its update."""
         self._fit, self._maps, self._shown_key = solved.fit, solved.maps, ""
         self._live = None if live is None else live.released
+        self._warp = self._choices.get(scene.key, MapChoice()).warp or self._begin_warp(scene, solved)
         update = replace(update, outlines=self.view.deformed_rings(solved.maps[0]))
         self._last = scene, update
         return update
+
+    def _begin_warp(self, scene: Scene, solved: Solved) -> TargetWarp | None:
+        """Return what deforms a map, or those of several parts, after it; None if the map leaves nothing out, and can
+        follow alone.
+        """
+        fits = solved.fits
+        if self.pair.deforming or self.pair.has_mesh or not solved.status.ok:
+            return None
+        is_alone = len(fits) == 1 and not fits[0].coverage.is_partial and not FITS[scene.fit].leaves_out_parts
+        return None if is_alone or fits[0].details.place != "fill" else TargetWarp.of(fits)
 
     def follow(self, scene: Scene) -> MapUpdate:
         """Return the coarse map, continued from the last one. There is none if only parts of the shapes correspond."""
         if self.pair.deforming:
             return self._bend(scene)
-        if not (scene.whole and self.is_whole):
+        if not self._follows(scene):
             return MapUpdate(
                 "coarse",
                 True,
@@ -531,20 +592,21 @@ class Session:
         try:
             with one_thread():
                 placed = self.pair.placed(scene)
-                self._live = live = self._continue(scene, placed, dragged=True)
+                self._live = live = self._followed_or_kept(scene, placed)
                 map, self._followed = live.map, scene.key if live.met else ""
                 self._shown_key = scene.key
+                maps = live.maps
                 update = MapUpdate(
-                    "coarse", live.met, "", in_middles(map).report(), {}, self.view.image_of([map])
+                    "coarse", live.met, "", in_middles(map).report(), {}, self.view.image_of(maps)
                 )
         except InputError as error:
             return refusal(error)
-        self._maps = [map]
+        self._maps = maps
         pins = placed.pins
         softness = softness_of(pins, live.patches.points, live.patches.softness)
         update = replace(update, patches=self.view.soft_pins(scene, pins, pins, softness))
-        gap = np.abs(map(pins[:, 0]) - pins[:, 1])
-        self._missed = self._off(live, map, placed, len(scene.pins))
+        gap = np.abs(images(maps, pins[:, 0]) - pins[:, 1])
+        self._missed = self._off(live, placed, len(scene.pins))
         self._is_met = live.met and not self._missed.size
         is_off = np.isin(np.arange(len(pins)), self._missed)
         missed = np.where(softness.is_soft, gap > FOLLOWED_LIMIT_RATIO * softness.limits, is_off)
@@ -555,11 +617,28 @@ class Session:
         message = "The pin is not there yet: the picture follows as far as possible without folds."
         return replace(update, wrong=wrong, message=message)
 
+    def _followed_or_kept(self, scene: Scene, placed: PlacedConstraints) -> Live | WarpedLive:
+        """Return the coarse map at the constraints `placed` of a scene; the last one where a deformation cannot follow.
+
+        Raises:
+            InputError: there is neither.
+        """
+        earlier = self._live
+        try:
+            live = self._continue(scene, placed, dragged=True)
+            _ = live.map  # which may fail, too
+        except InputError:
+            sources = placed.pins[:, 0]
+            if isinstance(earlier, WarpedLive) and np.isin(sources, earlier.patches.points[:, 0]).all():
+                return earlier
+            raise
+        return live
+
     def has_followed(self, scene: Scene) -> bool:
         """Return whether the map that is shown followed a drag to the pins and strokes of a scene."""
         return self._live is not None and self._shown_key == scene.key
 
-    def relax(self, scene: Scene, released: TriangulatedMap | None = None) -> MapUpdate | None:
+    def relax(self, scene: Scene, released: Sequence[TriangulatedMap] | None = None) -> MapUpdate | None:
         """Return the coarse map after further steps at the same constraints; None once it hardly moves.
 
         One update of a drag has no time for all Newton steps that its map needs. The rest is done while the hand rests,
@@ -567,14 +646,14 @@ class Session:
 
         Args:
             scene: pins and strokes.
-            released: the map that was seen when the pin was released. Once the constraints are met, the map stays
+            released: the maps that were seen when the pin was released. Once the constraints are met, the map stays
                 near it.
         """
-        earlier, live, was_met, missed = self._map, self._live, self._is_met, self._missed
-        if self.pair.deforming or earlier is None or not (scene.whole and self.is_whole):
+        earlier, live, was_met, missed = self._maps, self._live, self._is_met, self._missed
+        if self.pair.deforming or not earlier or not self._follows(scene):
             return None
-        update, relaxed = self.follow(scene), self._map
-        if update.kind == "error" or relaxed is None:
+        update, relaxed = self.follow(scene), self._maps
+        if update.kind == "error":
             return None
         share = self._moved_share(earlier, relaxed)
         if share < STILL_SHARE:
@@ -583,7 +662,7 @@ class Session:
             return update
         most = MOST_SETTLING_SHARE if was_met else MOST_PULLED_SHARE
         if self._moved_share(released, relaxed) > most:
-            self._live, self._maps, self._is_met, self._missed = live, [earlier], was_met, missed
+            self._live, self._maps, self._is_met, self._missed = live, earlier, was_met, missed
             return None
         return update
 
@@ -592,9 +671,9 @@ class Session:
         follows = not self.pair.deforming and self._live is not None
         return follows and scene.key not in self._choices and not self.has_followed(scene)
 
-    def _moved_share(self, earlier: TriangulatedMap, later: TriangulatedMap) -> float:
-        """Return the displacement between two maps, relative to the target's diagonal."""
-        return displacement(earlier, later) / self.pair.target.curve.diagonal
+    def _moved_share(self, earlier: Sequence[TriangulatedMap], later: Sequence[TriangulatedMap]) -> float:
+        """Return the displacement between the maps of all parts, relative to the target's diagonal."""
+        return greatest_displacement(earlier, later) / self.pair.target.curve.diagonal
 
     def _bend(self, scene: Scene) -> MapUpdate:
         """Return the deformation, continued from the previous one."""
@@ -616,7 +695,9 @@ class Session:
             "coarse", is_met, message, figures(report), wrong, image, outlines=outlines, patches=patches
         )
 
-    def _continue(self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False) -> Live:
+    def _continue(
+        self, scene: Scene, placed: PlacedConstraints, *, dragged: bool = False
+    ) -> Live | WarpedLive:
         """Return the coarse map at the constraints `placed` of a scene."""
         pins, strokes = placed.pins, placed.strokes
         softness = self._as_met(pins, softness_of_settings(self.pair, placed.settings))
@@ -624,12 +705,14 @@ class Session:
             return self._live.follow(pins, strokes, softness, scene.balance, dragged=dragged)
         if self._fit is None:
             raise InputError("there is no map yet; wait for the first one")
-        turn = None if scene.turn == "any" else float(np.radians(scene.turn))
-        settings = Settings(energy=Energy(scene.balance), turn=turn, tolerance=self.pair.job.tolerance)
+        options = Options(balance=scene.balance, turn=scene.turn, tolerance=self.pair.job.tolerance)
         choice = self._choices.get(self._last[0].key, MapChoice())
+        if self._warp is not None:
+            assert softness is not None
+            return WarpedLive.of(self._warp, options, pins, softness, springs=choice.springs, dragged=dragged)
         return Live.of(
             self._fit,
-            settings,
+            options,
             pins,
             strokes,
             softness,

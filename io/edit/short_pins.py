@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Complex, Index
 from ...balanced.interactive import Live
+from ...balanced.warped import WarpedLive
 from ..shapes.shape import Shape
 from .messages import Scene
 from .pair import PLACE_DIGITS, Pair
@@ -18,7 +19,9 @@ LEAST_GAP_LIMITS = (
 )
 
 
-def stop_short(pair: Pair, scene: Scene, earlier: Scene, live: Live, missed: Index, aim: float) -> Scene:
+def stop_short(
+    pair: Pair, scene: Scene, earlier: Scene, live: Live | WarpedLive, missed: Index, aim: float
+) -> Scene:
     """Return a scene in which the map meets all pins: the end that was dragged of each missed one moves there.
 
     Exact pins move to their vertices.
@@ -54,7 +57,7 @@ def stop_short(pair: Pair, scene: Scene, earlier: Scene, live: Live, missed: Ind
     return scene.model_copy(update={"pins": pins})
 
 
-def held_springs(live: Live, dragged: Complex, stopped: Complex) -> dict[complex, float]:
+def held_springs(live: Live | WarpedLive, dragged: Complex, stopped: Complex) -> dict[complex, float]:
     """Return the stiffness of springs that pull as strongly where pins stopped short, so that nothing gives way.
 
     Args:

@@ -14,12 +14,15 @@ from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin as SoftPin
 from ...pins import Softness
 from ..run.constraints import as_pins, as_strokes, fingerprint
-from ..run.execute import note_maps, solve_pairs
 from ..run.job import Job
+from ..run.maps import note_maps, solve_pairs
+from ..run.state import Run
 from ..shapes import regions
-from .map_update import Solved
+from .map_update import ShownSilhouette, Solved
 from .messages import Scene
 from .pair import Pair
+
+LEAST_SILHOUETTE_SHARE = 1e-3  # of what the target paints: nobody sees that less is shown in addition
 
 
 def job_of(pair: Pair, scene: Scene) -> Job:
@@ -69,12 +72,24 @@ def solve_scene(pair: Pair, scene: Scene, start: TriangulatedMap | None, *, kept
         figures={},
         fits=[],
     )
-    vars(run)["image"] = pair.run.image
+    vars(run).update({name: getattr(pair.run, name) for name in ("image", "detail")})
     solve_pairs(run)
     note_maps(run)
     report = run.fit_report
     report["notes"] = [*dict.fromkeys([*run.notes, *report["notes"]])]
-    return Solved(run.fits, report, pins)
+    return Solved(run.fits, report, pins, _silhouette(pair, run))
+
+
+def _silhouette(pair: Pair, run: Run) -> ShownSilhouette | None:
+    """Return what pictures show of the target, if that is more than it paints."""
+    drawings = run.fit.details.drawings
+    if len(run.fits) > 1 or pair.has_mesh or pair.deforming or drawings is None:
+        return None
+    shown, painted = drawings[1], pair.target.drawing
+    if painted is None or shown.region.area <= (1 + LEAST_SILHOUETTE_SHARE) * painted.region.area:
+        return None
+    toned = run.toned
+    return ShownSilhouette(shown.rings, toned, (run.paper, run.tone) if toned else ("", ""))
 
 
 def softness_of_settings(pair: Pair, settings: Sequence[dict[str, float]]) -> Softness | None:

@@ -10,7 +10,7 @@ from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...symmetry import MOST_ASYMMETRY_SHARE, asymmetry
 from ..shapes import parts
-from ..shapes.listing import Pin
+from ..shapes.listing import PinEntry
 from ..shapes.shape import Shape
 
 ROUGHLY, SHARP = 0.01, np.pi / 4
@@ -37,7 +37,7 @@ def axis(curve: Curve) -> float | None:
     return middle if asymmetry(curve, middle, 1j) <= MOST_ASYMMETRY_SHARE else None
 
 
-def suggested(map: TriangulatedMap, source: Shape, target: Shape, existing: Complex) -> list[Pin]:
+def suggested(map: TriangulatedMap, source: Shape, target: Shape, existing: Complex) -> list[PinEntry]:
     """Return pins between plane shapes in file units: those with names first, then corners, the closest first.
 
     Args:
@@ -47,7 +47,7 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, existing: Comp
     """
     if source.is_mesh or target.is_mesh:
         return []
-    pins: list[Pin] = []
+    pins: list[PinEntry] = []
     names, places, _ = parts.namesakes(source, target)
     named_pins = [(name, *pair) for name, pair in zip(names, places.tolist())]
     for name, z, w in (*named_pins, *_corners(map, source, target)):
@@ -57,7 +57,7 @@ def suggested(map: TriangulatedMap, source: Shape, target: Shape, existing: Comp
         if not is_close.any():
             existing = np.append(existing, [[z, w]], axis=0)
             ends = (tuple(shape.to_file(x).tolist()) for shape, x in ((source, z), (target, w)))
-            pins.append(Pin(name=name, source=next(ends), target=next(ends)))
+            pins.append(PinEntry(name=name, source=next(ends), target=next(ends)))
     return pins[:MOST_SUGGESTED_PINS]
 
 

@@ -42,7 +42,7 @@ AUTOMATIC, WHOLE_PICTURE = "automatic", "whole picture"
 """The names of the shapes that a picture can be read as, besides its silhouette."""
 
 
-class Workspace:
+class EditedFiles:
     """The session that is being edited, if any, and the means to open another.
 
     Attributes:
@@ -114,7 +114,7 @@ class Workspace:
             options = {name: value for name, value in options.items() if name not in ("constraints", "pin")}
         session = Session(make(options))
         if previous is not None and is_same_pair:
-            session.go_on_from(previous)
+            session.take_over(previous)
         else:
             autosave.offer(session, autosave.read(session.pair.job))
         self._options, self.roles, self.session = options, roles, session

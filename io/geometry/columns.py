@@ -47,6 +47,8 @@ TYPES = frozenset([
 MISSING = frozenset(["na", "n/a", "#n/a", "nan", "null", "none", "missing"])
 """Cells, in lower case, that mean a missing value."""
 LISTED_NAMES = 12
+MOST_WORDS = 12  # of a column's name; longer texts do not name coordinates
+MOST_DIGITS = 15  # of a number that could be that of a row
 UNSURE = 2  # kind of columns whose names have an axis beside words that are not of positions
 _WORD = re.compile(r"[a-zµμ]+[0-9]*|[0-9]+")
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
@@ -79,7 +81,7 @@ def named(head: Sequence[str], names_given: str) -> Columns:
     for name in names_given.split(","):
         if name.strip() in names:
             indices.append(names.index(name.strip()))
-        elif name.strip().isdecimal() and 1 <= int(name) <= len(names):
+        elif _is_count(name) and 1 <= int(name) <= len(names):
             indices.append(int(name) - 1)
         else:
             raise InputError(
@@ -100,12 +102,15 @@ def of_names(head: Sequence[str]) -> Columns | None:
     Columns(x=1, y=2, note='', unit='µm')
     """
     words = [_words(name) for name in head]
+    alike_columns: dict[tuple[str, tuple[str, ...]], list[int]] = {}
+    for k, name in enumerate(words):
+        alike_columns.setdefault((unit_of(head[k]), tuple(name)), []).append(k)
     pairs = list[tuple[int, int, int]]()
     for i, first in enumerate(words):
-        for j, second in enumerate(words):
-            units = unit_of(head[i]), unit_of(head[j])
-            if i != j and units[0] == units[1] and (kind := _kind(first, second)) is not None:
-                pairs.append((kind, i, j))
+        for second in _counterparts(first):
+            kind = _kind(first, second)
+            if kind is not None:  # of columns with equal names, the first two are enough for the note
+                pairs += [(kind, i, j) for j in alike_columns.get((unit_of(head[i]), second), [])[:2]]
     numbered = {
         (match[1], int(match[2])): k
         for k, name in enumerate(words)
@@ -144,13 +149,16 @@ def guessed(head: Sequence[str], rows: Sequence[Sequence[str]], *, has_head: boo
         and all(k >= len(row) or is_number(row[k]) or not _letters(row[k]) for row in rows)
         and not (has_head and set(_words(head[k])) & COUNTS)
     ]
-    if not has_head and len(numeric) > 2 and _counts_rows([row[numeric[0]] for row in rows if row]):
+    if (
+        not has_head
+        and len(numeric) > 2
+        and _counts_rows([row[numeric[0]] for row in rows if numeric[0] < len(row)])
+    ):
         del numeric[0]
     need = "a table needs a column of x and one of y; name them with --columns X,Y"
-    if len(numeric) < 2:
-        raise InputError(need)
-    if has_head and len(numeric) > 2:
-        raise InputError(f"{need}; the table has {_listed([name.strip() for name in head])}")
+    if len(numeric) < 2 or (has_head and len(numeric) > 2):
+        names = f"; the table has {_listed([name.strip() for name in head])}" if has_head else ""
+        raise InputError(need + names)
     i, j = numeric[:2]
     if not has_head and width == 2:
         return Columns(i, j)
@@ -178,6 +186,21 @@ def unit_of(name: str, *, alone: bool = False) -> str:
     """Return the unit in a column's name, as its last word; with `alone` also if it is the only one. Else empty."""
     words = _WORD.findall(name.lower())
     return words[-1] if len(words) > (not alone) and words[-1] in UNITS - PIXELS else ""
+
+
+def _counterparts(name: Sequence[str]) -> set[tuple[str, ...]]:
+    """Return the names of columns of y that would belong to a column of x, all as words."""
+    if len(name) > MOST_WORDS:
+        return set()
+    return {
+        (*name[:k], other, *name[k + 1 :])
+        for k, word in enumerate(name)
+        for other in (
+            *(y for x, y in AXES if x == word),
+            *(["y" + word[1:]] if word[0] == "x" else []),
+            *([word[:-1] + "y"] if word[-1] == "x" else []),
+        )
+    }
 
 
 def _kind(first: Sequence[str], second: Sequence[str]) -> int | None:
@@ -209,9 +232,14 @@ def _counts_rows(cells: Sequence[str]) -> bool:
     """Return whether cells are consecutive integers."""
     return (
         len(cells) > 1
-        and all(cell.strip().isdecimal() for cell in cells)
+        and all(map(_is_count, cells))
         and all(int(b) == int(a) + 1 for a, b in pairwise(cells))
     )
+
+
+def _is_count(cell: str) -> bool:
+    """Return whether a text is a whole number without a sign that could number a row or column."""
+    return cell.strip().isdecimal() and len(cell.strip()) <= MOST_DIGITS
 
 
 def _letters(cell: str) -> bool:

@@ -79,7 +79,7 @@ class Images:
         }
 
 
-class Document(ABC):
+class GeometryDocument(ABC):
     """A parsed file that can be written back with mapped geometry.
 
     Attributes:
@@ -100,7 +100,7 @@ class Document(ABC):
     unit: str = ""
 
     @classmethod
-    def of_file(cls, text: str) -> Document:
+    def of_file(cls, text: str) -> GeometryDocument:
         """Read `file` or `file#layer`, if it is a database.
 
         Raises:
@@ -110,7 +110,7 @@ class Document(ABC):
 
     @classmethod
     @abstractmethod
-    def parse(cls, data: bytes, columns: str | None) -> Document:
+    def parse(cls, data: bytes, columns: str | None) -> GeometryDocument:
         """Parse the content of a file; `columns` selects columns of a table.
 
         Raises:
@@ -120,6 +120,14 @@ class Document(ABC):
     def write(self, images: Images, path: Path) -> None:
         """Write the file with its geometry replaced by the images."""
         path.write_bytes(self.encode(images))
+
+    def convert(self, suffix: str) -> None:
+        """Choose the form of another suffix of the same format.
+
+        Raises:
+            InputError: there is no such form of the content.
+        """
+        return
 
     @staticmethod
     def companions(output: str) -> Sequence[str]:
@@ -131,7 +139,7 @@ class Document(ABC):
         """Return the file's content with its geometry replaced by the images."""
 
 
-class TextDocument(Document):
+class TextDocument(GeometryDocument):
     """A document that is text in UTF-8."""
 
     def encode(self, images: Images) -> bytes:
@@ -161,7 +169,7 @@ READERS = {
 }
 
 
-def read(path: str, columns: str | None = None) -> Document:
+def read(path: str, columns: str | None = None) -> GeometryDocument:
     """Read the points, lines and polygons of a file in the format of its suffix.
 
     Args:
@@ -176,7 +184,7 @@ def read(path: str, columns: str | None = None) -> Document:
         files.open_input(path_of(path))
         raise InputError(f"{path}: points are not read from {suffix!r}; use one of {', '.join(READERS)}")
     module, _, name = READERS[suffix].partition(".")
-    kind: type[Document] = getattr(import_module(f".{module}", __package__), name)
+    kind: type[GeometryDocument] = getattr(import_module(f".{module}", __package__), name)
     if columns and module != "table":
         raise InputError(f"--columns: this option is for tables, and {path} is not a table")
     if kind.is_database:

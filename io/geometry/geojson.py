@@ -21,6 +21,8 @@ SEPARATOR = b"\x1e"  # of records (RFC 8142)
 NUCLEUS = "nucleusGeometry"  # of a cell in files of QuPath
 SIMPLE = {"Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"}
 """Types of geometries with coordinates."""
+FORMS = {".geojson": "", ".geojsonl": "lines", ".geojsons": "records"}
+"""The form that each suffix stands for."""
 TYPES = {*SIMPLE, "GeometryCollection", "Feature", "FeatureCollection"}
 
 
@@ -58,7 +60,7 @@ class GeoJson(TextDocument):
             content, form = {"type": "FeatureCollection", "features": content}, "list"
         elif isinstance(content, dict) and content.get("type") == "Topology":
             topology_document, form = content, "topology"
-            content = _converted(content)
+            content = topology.as_geojson(content)
         document = cls.of(content)
         document.form, document.topology = form, topology_document
         if topology_document:
@@ -96,12 +98,27 @@ class GeoJson(TextDocument):
             notes,
         )
 
+    def convert(self, suffix: str) -> None:
+        """Choose a collection, lines or records by the suffix; other forms are kept in `.json`.
+
+        Raises:
+            InputError: the suffix is that of TopoJSON, and the content is not a topology.
+        """
+        if suffix == ".topojson" and self.topology is None:
+            raise InputError(
+                "GeoJSON is not converted to TopoJSON; choose a name that ends in .geojson for the output"
+            )
+        if suffix in FORMS:
+            self.form, self.topology = FORMS[suffix], None
+
     def text(self, images: Images) -> str:
         """Return the document with the coordinates of the images, in the form that it was written in."""
         content = self.mapped(images)
         if self.form in ("lines", "records"):
             start = "\x1e" if self.form == "records" else ""
-            return "".join(f"{start}{json.dumps(f, ensure_ascii=False)}\n" for f in content["features"])
+            is_collection = isinstance(content, dict) and content.get("type") == "FeatureCollection"
+            lines = content["features"] if is_collection else [content]
+            return "".join(f"{start}{json.dumps(line, ensure_ascii=False)}\n" for line in lines)
         if self.topology is not None:
             left = {id(feature) for feature in content["features"]}
             named = {name: feature for name, feature in self.objects.items() if id(feature) in left}
@@ -226,19 +243,6 @@ def _of_lines(data: bytes) -> list[Any]:
         return [parse_json(line) for line in lines if line]
     except InputError:
         return []
-
-
-def _converted(content: dict[str, Any]) -> dict[str, Any]:
-    """Return a topology as a feature collection.
-
-    Raises:
-        InputError: it is not valid.
-    """
-    try:
-        return topology.as_geojson(content)
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
-        reason = str(error) if isinstance(error, InputError) else "not valid TopoJSON"
-        raise InputError(reason) from None
 
 
 def _is_geojson(content: Any) -> bool:

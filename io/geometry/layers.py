@@ -10,12 +10,12 @@ from ...errors import InputError
 from .. import formats
 from ..outlines import layers
 from ..spec import Spec
-from .document import Document, Geometry, Images
+from .document import Geometry, GeometryDocument, Images
 from .geojson import GeoJson
 
 
 @dataclass
-class LayerDocument(Document):
+class LayerDocument(GeometryDocument):
     """A layer of a file, whose features are written to a file with this layer only."""
 
     is_database = True
@@ -44,7 +44,7 @@ class LayerDocument(Document):
         return cls(layer, inner, inner.geometry, (*inner.notes, *([others] if layer.others else [])))
 
     def encode(self, images: Images) -> bytes:
-        """Layers are written to files, by `write`."""
+        """Raise InputError: a layer cannot be encoded as bytes; `write` writes it to a file."""
         raise InputError("layers are written to files")
 
     def write(self, images: Images, path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import logging
 import re
 import struct
 import zipfile
@@ -20,7 +19,7 @@ from ...errors import InputError
 from ...polygons import polygons_of
 from ...saved import archive as archives
 from .. import extras, limits
-from .document import Document, Geometry, Images
+from .document import Geometry, GeometryDocument, Images
 
 if TYPE_CHECKING:
     from roifile import ImagejRoi
@@ -46,7 +45,7 @@ MOVE, LINE, CLOSE = 0.0, 1.0, 4.0
 
 
 @dataclass
-class Rois(Document):
+class Rois(GeometryDocument):
     """Regions of interest: points, lines and polygons, in pixels, y down.
 
     Rectangles and ovals become polygons, since a map bends their sides.
@@ -148,7 +147,6 @@ def _file_name(name: str) -> str:
 def _roi(data: bytes) -> ImagejRoi:
     """Return a region of interest from its bytes."""
     roifile = extras.load("reading ImageJ's regions", "roifile", otherwise="export a table")
-    logging.getLogger("roifile").setLevel(logging.CRITICAL)  # its notices of damage would go to stderr
     try:
         with np.errstate(invalid="ignore"):
             roi = roifile.ImagejRoi.frombytes(data)

@@ -19,6 +19,8 @@ from .columns import MISSING, Columns, guessed, is_heading, named, of_names, uni
 from .document import NOWHERE, Geometry, Images, TextDocument
 
 NAME_COLUMNS = ("name", "landmark", "label")
+MOST_TITLES = 5
+"""Rows of titles above the names of columns, such as those of Imaris and DeepLabCut."""
 SNIFFED_ROWS = 50  # rows in which delimiter and decimal commas are detected
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _SEPARATOR = re.compile(
@@ -37,7 +39,7 @@ class Table(TextDocument):
         columns: those of x and y.
         delimiter, ending: between cells, and at the end of lines.
         decimal_comma: whether coordinates have decimal commas.
-        comments: rows above the names that begin with #.
+        comments: rows above the names: those that begin with #, titles, and further names.
         explained: rows below the names with units or other names, as in files of TrackMate.
         separator: the line above everything that names the delimiter, as Excel writes it.
     """
@@ -57,7 +59,7 @@ class Table(TextDocument):
     def parse(cls, data: bytes, columns: str | None) -> Table:
         """Parse cells separated by tabs, commas or semicolons; the first row is a header unless it has coordinates.
 
-        Rows that begin with # above it, and rows with units below it, are kept.
+        Rows that begin with # and titles above it, and rows with units below it, are kept.
         """
         text = _decoded(data)
         named_delimiter = _SEPARATOR.match(text)
@@ -76,6 +78,8 @@ class Table(TextDocument):
             rows.insert(0, comments.pop())  # names of the columns, as NumPy writes them
         if not rows:
             raise InputError("has no rows")
+        titles = _titles(rows)
+        comments, rows = comments + rows[:titles], rows[titles:]
         chosen = _choose(rows, columns)
         xy_columns = chosen.x, chosen.y
         comma = delimiter != "," and _has_decimal_commas(rows, xy_columns)
@@ -187,6 +191,16 @@ def _choose(rows: list[list[str]], names_given: str | None) -> Columns:
     # numbers that are names, such as years, are not considered: a first row with any number is not a header
     has_head = not any(map(is_number, cells[0]))
     return guessed(first, cells[1:] if has_head else cells, has_head=has_head)
+
+
+def _titles(rows: list[list[str]]) -> int:
+    """Return how many rows without numbers lie above one by whose names the columns of x and y are known."""
+    for number, row in enumerate(rows[: MOST_TITLES + 1]):
+        if any(map(is_number, row)):
+            break
+        if of_names(row):
+            return number
+    return 0
 
 
 def _is_comment(row: list[str]) -> bool:

@@ -95,7 +95,10 @@ def specimens_of(data: bytes) -> list[tuple[str, Complex]]:
     Raises:
         InputError: the file is invalid; the message starts with what is wrong.
     """
-    text = data.decode("utf-8-sig")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("not a UTF-8 text file; save it as UTF-8") from None
     blocks = [block for block in _SPECIMEN.split(text) if _COUNT.match(block)]
     if not blocks:
         raise InputError("contains no landmarks (LM=…)")

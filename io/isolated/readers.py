@@ -150,10 +150,10 @@ def itk(path: str, reader: str) -> dict[str, Any]:
 
 
 def usd(path: str, most: int) -> dict[str, Any]:
-    """Return the `meshes` of a USD file in the coordinates of the scene, and its unit in `metres` or None.
+    """Return the `meshes` of a USD file in the coordinates of the scene, its unit in `metres` or None, and `up` axis.
 
     Each mesh has its `name`, `points` (n, 3), `counts` of corners of the faces, `corners`, and `uv` (t, 2) with
-    `uv_corners` or None.
+    `uv_corners` or None, and the name of their `primvar`.
     """
     from pxr import Sdf, Usd, UsdGeom
 
@@ -176,7 +176,7 @@ def usd(path: str, most: int) -> dict[str, Any]:
         points = np.array(mesh.GetPointsAttr().Get() or np.empty((0, 3)), float).reshape(-1, 3)
         corners = np.array(mesh.GetFaceVertexIndicesAttr().Get() or (), np.int64)
         matrix = np.array(UsdGeom.Xformable(mesh).ComputeLocalToWorldTransform(0.0))
-        uv, uv_corners = coordinates(UsdGeom.PrimvarsAPI(mesh), corners)
+        uv, uv_corners, primvar = coordinates(UsdGeom.PrimvarsAPI(mesh), corners)
         meshes.append(
             {
                 "name": str(prim.GetPath()).strip("/"),
@@ -185,11 +185,13 @@ def usd(path: str, most: int) -> dict[str, Any]:
                 "corners": corners,
                 "uv": uv,
                 "uv_corners": uv_corners,
+                "primvar": primvar,
             }
         )
     is_stated = stage.HasAuthoredMetadata("metersPerUnit")
     metres = UsdGeom.GetStageMetersPerUnit(stage) if is_stated else None
-    return {"meshes": meshes, "metres": metres}
+    up = 2 if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z else 1
+    return {"meshes": meshes, "metres": metres, "up": up}
 
 
 UV_NAMES = ("st", "st0", "UVMap", "map1", "uv")
@@ -197,8 +199,8 @@ UV_NAMES = ("st", "st0", "UVMap", "map1", "uv")
 used."""
 
 
-def coordinates(api: Any, corners: Any) -> tuple[Any, Any]:
-    """Return texture coordinates (t, 2) and the index of each corner; None for both if the mesh has none."""
+def coordinates(api: Any, corners: Any) -> tuple[Any, Any, str]:
+    """Return texture coordinates (t, 2), the index of each corner and their name; None and "" if the mesh has none."""
     primvars = {primvar.GetPrimvarName(): primvar for primvar in api.GetPrimvars() if primvar.HasValue()}
     kinds = ("texCoord2", "float2", "double2", "half2")
     pairs = [
@@ -216,8 +218,8 @@ def coordinates(api: Any, corners: Any) -> tuple[Any, Any]:
         if indices.size == corners.size and (
             not indices.size or 0 <= indices.min() <= indices.max() < len(uv)
         ):
-            return uv, indices
-    return None, None
+            return uv, indices, name
+    return None, None, ""
 
 
 def geotiff(path: str) -> dict[str, Any]:
@@ -245,6 +247,51 @@ def geotiff(path: str) -> dict[str, Any]:
             }
     except (RasterioError, CRSError):
         raise Damaged("cannot be read as a GeoTIFF") from None
+
+
+DRIVERS = {"GPKG", "ESRI Shapefile", "KML", "LIBKML", "FlatGeobuf"}
+"""Drivers of GDAL that may read layers: it would also take a file for one that refers to other files, or addresses."""
+
+
+def layers(path: str, layer: str | None) -> dict[str, Any]:
+    """Return `names` of the layers of a file of GDAL that have geometries, and what one of them holds.
+
+    That is the layer called `layer`, or the only one; its `name` is None if there is none. The layer has `geometries`,
+    the bytes of all of them as WKB, with their `starts` (n + 1,); names of `fields` and their `columns`, which are
+    arrays or lists; `crs` as text; and `kind`, the type of the geometries.
+    """
+    import warnings
+
+    # pyogrio imports these if they are installed; they are not used here
+    for package in ("shapely", "geopandas", "pandas", "pyarrow"):
+        sys.modules[package] = None  # type: ignore[assignment]
+    import pyogrio.raw
+
+    warnings.simplefilter("ignore")
+    unused = [name for name in pyogrio.list_drivers() if name not in DRIVERS]
+    pyogrio.set_gdal_config_options({"OGR_SKIP": ",".join(unused)})
+    pyogrio.core._register_drivers()  # again, which drops these
+    if any(name not in DRIVERS for name in pyogrio.list_drivers()):
+        raise Damaged("cannot be read, because this version of pyogrio does not restrict GDAL to its format")
+    names = [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
+    name = layer if layer in names else names[0] if len(names) == 1 else None
+    if name is None:
+        return {"names": names, "name": None}
+    about, _, shapes, columns = pyogrio.raw.read(path, layer=name)
+    parts = [shape or b"" for shape in shapes]
+    return {
+        "names": names,
+        "name": name,
+        "geometries": np.frombuffer(b"".join(parts), np.uint8),
+        "starts": np.cumsum([0, *map(len, parts)], dtype=np.int64),
+        "fields": [str(field) for field in about["fields"]],
+        "columns": [
+            [None if value is None else str(value) for value in column] if column.dtype == object else column
+            for column in columns
+        ],
+        "crs": about["crs"] or "",
+        "kind": about["geometry_type"] or "Unknown",
+    }
 
 
 def gifti(path: str) -> dict[str, Any]:
@@ -281,7 +328,7 @@ def freesurfer(path: str, kind: str) -> dict[str, Any]:
 
 
 READERS: dict[str, Callable[..., Any]] = {
-    function.__name__: function for function in (vtk, itk, usd, geotiff, gifti, freesurfer)
+    function.__name__: function for function in (vtk, itk, usd, geotiff, layers, gifti, freesurfer)
 }
 
 
@@ -314,12 +361,14 @@ def main() -> None:
         except MemoryError:
             message = {"error": "needs more memory than files of its size may take"}
         except Exception as error:  # whatever exception a parser raises, the file is at fault
-            reason = " ".join(str(error).split())[:120]
+            name = json.loads(arguments)["path"]
+            reason = " ".join(str(error).replace(name, os.path.basename(name)).split())[:120]
             message = {"error": f"cannot be read ({reason or type(error).__name__})"}
         message["arrays"] = [{"dtype": array.dtype.str, "shape": array.shape} for array in arrays]
         out.write(json.dumps(message).encode() + b"\n")
         for array in arrays:
-            out.write(array.data if array.size else b"")
+            # as bytes, because not all types have buffers
+            out.write(array.reshape(-1).view(np.uint8).data if array.size else b"")
     os._exit(0)  # without what libraries do at the end, which may fail after all is written
 
 

@@ -18,9 +18,9 @@ from ...meshes.relayout import (
     carry,
     paint,
     picture_side,
-    spread,
 )
 from ...pixels import colour
+from ...pixels.padding import FLAT_NORMAL, pad_charts
 from ...pixels.sampler import Sampler
 from ...pixels.texture import check_kind
 from .. import formats, limits
@@ -30,7 +30,6 @@ from .material_set import Material, MaterialMap, MaterialSet
 
 Pictures = dict[str, Image]  # by slot
 T = TypeVar("T")
-FLAT_NORMAL = (128 / 255, 128 / 255, 1.0)  # a neutral normal
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ class BakeSettings:
         filter: see `Sampler`.
         limit: the largest distance from the old surface, in the mesh's unit.
         match: how the meshes are registered; see `surfaces.matching`.
-        padding: texels by which to extend colours beyond charts; see `meshes.relayout.carry`.
+        padding: texels by which to extend colours beyond charts; see `pixels.padding.pad_charts`.
         max_pixels: limit on pictures that are read.
         threads: number of threads; it does not affect the result.
         settled: whether to replace the alpha of masks by their visible effect, 0 or 1.
@@ -263,7 +262,7 @@ class MaterialBaker:
                 or len({self.material_set.kinds[number] for number in self.materials}) > 1
             ):
                 self._settle(slot, Image(out, alpha=3 if clear else -1), mask, k)
-        spread(out, reached, self.settings.padding)
+        pad_charts(out, reached, self.settings.padding, kind)
         return Image(out, alpha=3 if clear else -1)
 
     def _shows_clear_vertices(self, materials: Sequence[Material]) -> bool:

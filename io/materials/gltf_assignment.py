@@ -81,7 +81,7 @@ def _paint(editor: GltfEditor, material: dict[str, Any], assignment: MaterialAss
             f"{material.get('name', '')} {gltf_materials.name_slots([slot]).removesuffix('Texture')}".strip()
         )
         texture = editor.new_texture(content, assignment.samplers.get(slot), name)
-        gltf_materials.shown_picture(material, slot, texture, assignment.coordinates)
+        gltf_materials.set_texture(material, slot, texture, {"texCoord": assignment.coordinates})
 
 
 def sheets(name: str, whole: Charted, owner: Index) -> Gltf:

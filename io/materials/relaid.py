@@ -154,7 +154,7 @@ class Relaid:
 
     @cached_property
     def _owner_by_tile(self) -> Index:
-        """(m,) the new mesh's materials, split by UDIM tile where charts would overlap in one picture."""
+        """(m,) the material of each triangle, numbered by UDIM tile where charts would overlap in one picture."""
         sheet, owner = self.after.sheet, self.after.owner
         parted = owner
         tiles = np.unique(np.floor(sheet.uv[sheet.uv_faces].mean(axis=1)), axis=0, return_inverse=True)[1]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from .. import files
 from ..meshes import gltf, gltf_materials, gltf_write, material_library, obj_materials, obj_write
-from ..meshes.gltf_format import primitives_of
+from ..meshes.gltf_format import as_named, primitives_of
 from ..meshes.material_library import Library
 from ..meshes.obj_format import obj_content
 from ..pictures.image_files import as_png
@@ -24,7 +24,7 @@ def write(relaid: Relaid, out: Path, *, force: bool) -> list[str]:
     """
     if relaid.dialect == "mtl":
         return _obj(relaid, out, force)
-    out.write_bytes(_glb(relaid))
+    out.write_bytes(as_named(_glb(relaid), relaid.name))
     return []
 
 

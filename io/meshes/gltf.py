@@ -17,7 +17,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Index, Real
+from ...arrays import Index, Real, unit_vectors
 from ...errors import InputError
 from ...meshes.mesh import MOST_COORDINATE, Mesh
 from ...pixels.texture import REPEAT, Wrap
@@ -223,7 +223,11 @@ class Primitive:
     @property
     def normals(self) -> Real | None:
         """(n, 3) unit normals of its vertices in scene coordinates, or None."""
-        return _unit(self._turned(_cofactors(self.placed), "NORMAL")) if "NORMAL" in self.attributes else None
+        return (
+            unit_vectors(self._turned(_cofactors(self.placed), "NORMAL"))
+            if "NORMAL" in self.attributes
+            else None
+        )
 
     @property
     def tangents(self) -> Real | None:
@@ -232,7 +236,7 @@ class Primitive:
             return None
         side = self.document.floats(self.attributes["TANGENT"])[:, 3]
         mirrored = np.where(np.linalg.det(self.placed[..., :3, :3]) < 0, -1.0, 1.0)
-        return np.column_stack([_unit(self._turned(self.placed, "TANGENT")), side * mirrored])
+        return np.column_stack([unit_vectors(self._turned(self.placed, "TANGENT")), side * mirrored])
 
     def _turned(self, matrices: Real, name: str) -> Real:
         """Return (n, 3) vectors of an attribute multiplied by matrices (…, 3, 3), or the same part of larger ones."""
@@ -418,7 +422,3 @@ def _least(places: Sequence[Real]) -> int:
     sizes = np.append(np.full(3, np.abs(rows[:, :3]).max()), np.full(9, np.abs(rows[:, 3:]).max()))
     rounded = np.rint(rows / (SAME_PLACE_SHARE * np.maximum(sizes, 1e-300)))
     return int(np.lexsort(rounded.T[::-1])[0])
-
-
-def _unit(vectors: Real) -> Real:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300)

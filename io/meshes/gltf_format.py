@@ -1,5 +1,6 @@
-"""The glTF formats: .glb, and .gltf with separate buffers and pictures, which is only read."""
+"""The glTF formats: .glb, and .gltf, which is written with its buffer inside."""
 
+import base64
 import json
 import struct
 from collections.abc import Iterator, Sequence
@@ -20,6 +21,9 @@ from .embedding import picture_file
 from .gltf import Primitive
 from .gltf_schema import COMPONENTS, DTYPES
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, Pictures, ShownPictures, Written
+
+OLD_DIGITS = 5
+"""Decimal places to which coordinates that were kept agree with the old ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,13 +168,13 @@ class GltfFormat(MeshFormat):
         *,
         force: bool,
     ) -> Written:
-        """Write a mesh with other texture coordinates as GLB; if it was read from a glTF file, all else is kept."""
+        """Write a mesh with other texture coordinates; if it was read from a glTF file, all else is kept."""
         by_slot = {gltf_materials.BASE: pictures.texture, gltf_materials.NORMALS: pictures.normals}
         common = {slot: picture_file(picture) for slot, picture in by_slot.items() if picture is not None}
         keys = {part.key for part in primitives_of(file)} or {""}
         pictures_by_key = {key: common | dict(pictures.pictures.get(key, {})) for key in keys}
         glb, notes = _with_coordinates(file, new, pictures_by_key, untinted=pictures.texture is not None)
-        out.write_bytes(glb)
+        out.write_bytes(as_named(glb, name))
         return Written(notes=[f"{name}: {note}" for note in notes])
 
     @classmethod
@@ -216,13 +220,40 @@ class GltfFormat(MeshFormat):
         return uv, (file.tree, views)
 
 
+def with_new_layout(file: MeshFile, old: Sequence[MeshFile]) -> MeshFile:
+    """Return the mesh with its first set of texture coordinates as its layout, where materials use an older set.
+
+    `iccm flatten` keeps the old coordinates as another set, for the pictures that are still on them. They are
+    recognised by their values, which are those of the mesh `old`.
+    """
+    parts, known = primitives_of(file), [of.mesh.uv for of in old if of.mesh.uv is not None]
+    if not parts or not known:
+        return file
+    rows = np.unique(np.round(np.concatenate(known), OLD_DIGITS), axis=0)
+    document, changed = parts[0].document, False
+    for part in parts:
+        for _, info in gltf_materials.slots(part.material):
+            kept = gltf_materials.set_of(info)
+            if not kept or not {"TEXCOORD_0", f"TEXCOORD_{kept}"} <= set(part.attributes):
+                continue
+            uv = document.floats(part.attributes[f"TEXCOORD_{kept}"])[:, :2].astype(float)
+            own = np.unique(np.round(np.column_stack([uv[:, 0], 1 - uv[:, 1]]), OLD_DIGITS), axis=0)
+            if len(np.unique(np.concatenate([rows, own]), axis=0)) == len(rows):
+                gltf_materials.use_first_set(info)
+                changed = True
+    if not changed:
+        return file
+    content = GltfContent.of([Primitive(document, part.mesh, part.number) for part in parts])
+    return file.part_of(content, file.faces)
+
+
 def _with_coordinates(
     file: MeshFile, new: NewCoordinates, pictures: Pictures, *, untinted: bool
 ) -> tuple[bytes, list[str]]:
     """Return the bytes of a GLB file, and notes; see `gltf_write.with_coordinates`."""
     if parts := primitives_of(file):
         return gltf_write.with_coordinates(
-            parts, file.faces, new.uv, new.corners, pictures, untinted=untinted
+            parts, file.faces, new.uv, new.corners, pictures, untinted=untinted, kept=new.kept
         )
     mesh, triangles = file.mesh, new.triangles
     normals = None
@@ -232,6 +263,19 @@ def _with_coordinates(
     every = np.ones(len(triangles), bool)
     part = Primitive(whole, 0, 0)
     return gltf_write.with_coordinates([part], every, new.uv, new.corners[triangles].ravel(), pictures)
+
+
+def as_named(glb: bytes, name: str | Path) -> bytes:
+    """Return a GLB file in the form of its name's suffix: as it is, or as .gltf, with its buffer inside the JSON."""
+    if formats.suffix_of(name) != ".gltf":
+        return glb
+    length = struct.unpack_from("<I", glb, 12)[0]
+    scene = json.loads(glb[20 : 20 + length])
+    if scene.get("buffers"):
+        size = int(scene["buffers"][0]["byteLength"])
+        data = base64.b64encode(glb[28 + length : 28 + length + size]).decode()
+        scene["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
+    return json.dumps(scene, separators=(",", ":")).encode()
 
 
 def _json_of(path: Path) -> bytes:

@@ -75,6 +75,12 @@ def set_of(info: dict[str, Any]) -> int:
     return transform.get("texCoord", info.get("texCoord", 0))
 
 
+def use_first_set(info: dict[str, Any]) -> None:
+    """Make a texture use the first set of coordinates."""
+    info.pop("texCoord", None)
+    info.get("extensions", {}).get("KHR_texture_transform", {}).pop("texCoord", None)
+
+
 def move_maps(material: dict[str, Any], to: int, but: set[str]) -> None:
     """Make all slots that use the first set of coordinates use another one, except the slots in `but`."""
     for slot, info in slots(material):
@@ -98,17 +104,24 @@ def bare(material: dict[str, Any], but: set[str]) -> None:
             del holder[key]
 
 
-def shown_picture(material: dict[str, Any], slot: str, texture: int, coordinates: int = 0) -> None:
-    """Make a slot show a texture by a set of coordinates; scale and strength are kept."""
+def set_texture(
+    material: dict[str, Any], slot: str, texture: int, place: dict[str, Any] | None = None
+) -> None:
+    """Make a slot show a texture by the first coordinates, or by those of another `textureInfo`.
+
+    Scale and strength are kept.
+    """
     *above, key = slot.split("/")
     for word in above:
         material = material.setdefault(word, {})
     info = material.setdefault(key, {})
     info["index"] = texture
+    transform, extensions = "KHR_texture_transform", info.pop("extensions", {})
+    extensions.pop(transform, None)
     info.pop("texCoord", None)
-    if coordinates:
-        info["texCoord"] = coordinates
-    extensions = info.get("extensions", {})
-    extensions.pop("KHR_texture_transform", None)
-    if not extensions:
-        info.pop("extensions", None)
+    if place and place.get("texCoord"):
+        info["texCoord"] = place["texCoord"]
+    if place and transform in place.get("extensions", {}):
+        extensions[transform] = place["extensions"][transform]
+    if extensions:
+        info["extensions"] = extensions

@@ -1,12 +1,13 @@
 """Write new texture coordinates and pictures to a glTF file that is otherwise unchanged.
 
 The JSON and the bytes are edited instead of written anew: nodes, skins, animations, other meshes, extensions and extras
-are not touched. Indices of accessors, views, textures and materials never change; new ones are added at the end.
+are not touched. Indices of accessors and materials never change; new ones are added at the end. Textures, pictures and
+views that nothing refers to any more are removed.
 """
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
@@ -28,6 +29,8 @@ ATTRIBUTE, INDEX = 34962, 34963  # targets of buffer views
 COORDINATES = {"componentType": 5126, "type": "VEC2"}
 POINTS = {"componentType": 5126, "type": "VEC3"}
 TANGENTS = {"componentType": 5126, "type": "VEC4"}
+WITHOUT_TEXTURES = {"KHR_lights_punctual", "KHR_materials_variants"}
+"""Extensions of whole files that refer to no textures."""
 NAMED_MATERIALS = 4  # in a note, before the number of the others
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that refer to views
 
@@ -40,6 +43,8 @@ class GltfEditor:
         self._textures: dict[tuple[bytes, int | None], int] = {}
         self._new_textures: dict[tuple[bytes, str], int] = {}
         self._new_images: dict[bytes, int] = {}
+        self._own_materials: dict[tuple, int] = {}
+        self._changing: Counter[int | None] = Counter()
 
     def view(self, data: bytes, **properties: Any) -> int:
         """Add a buffer view with these bytes; return its index."""
@@ -64,6 +69,30 @@ class GltfEditor:
         stride = {"byteStride": wide} if wide != row else {}
         accessors[instead]["bufferView"] = self.view(data.tobytes(), target=target, **stride)
         return instead
+
+    def will_change(self, materials: Iterable[int | None]) -> None:
+        """Announce the materials that `own_material` will be asked for: those with no other user are changed."""
+        self._changing.update(materials)
+
+    def own_material(self, number: int | None, change: Hashable) -> tuple[int, bool]:
+        """Return the index of a material for a change that it does not have yet, and whether it is made already.
+
+        The same change of the same material is made once. The material itself is changed if that concerns all of its
+        users, otherwise a copy.
+        """
+        if (number, change) in self._own_materials:
+            return self._own_materials[number, change], True
+        materials = self.tree.setdefault("materials", [])
+        users = sum(number == user for user in _named(self.tree["meshes"], "material"))
+        taken = any(number == key for key, _ in self._own_materials)
+        own = number
+        if number is None or taken or users > self._changing[number]:
+            original = gltf_materials.NEW if number is None else self.source.tree["materials"][number]
+            materials.append(deepcopy(original))
+            own = len(materials) - 1
+        assert own is not None
+        self._own_materials[number, change] = own
+        return own, False
 
     def texture(self, content: bytes, like: int | None, uses: int = 1) -> int:
         """Return the index of a texture that shows a PNG or JPEG file, with the sampler of the texture `like`.
@@ -127,21 +156,30 @@ class GltfEditor:
         return used_before - used_now
 
     def forget(self) -> None:
-        """Remove unused textures, images and views at the end of their lists, so that no index changes."""
-        textures, images = (self.tree.get(key, []) for key in ("textures", "images"))
-        free = set(_textures_named(self.source.tree)) - set(_textures_named(self.tree))
-        while len(textures) - 1 in free:
-            textures.pop()
-        while len(images) - 1 in self._free_images():
-            images.pop()
-        views = self.tree.get("bufferViews", [])
-        used = set(_named(self.tree, "bufferView", *PLACED))
-        while views and len(views) - 1 not in used:
-            views.pop()
-            self.views.pop()
-        for key in ("textures", "images"):
-            if not self.tree.get(key, True):
-                del self.tree[key]
+        """Remove textures, images and views that were used in the original file and no longer are.
+
+        Later ones move up. Nothing is removed if an extension of the file may refer to them by their indices.
+        """
+        if set(self.tree.get("extensions", {})) - WITHOUT_TEXTURES:
+            return
+        old, new = self.source.tree, self.tree
+        number = self._without("textures", set(_textures_named(old)) - set(_textures_named(new)))
+        for material in new.get("materials", []):
+            for _, info in gltf_materials.slots(material):
+                info["index"] = number[info["index"]]
+        _renumber(new.get("textures", []), self._without("images", self._free_images()), "source")
+        free = {n for n in _named(old, "bufferView") if n < len(self.views)} - set(_named(new, "bufferView"))
+        self.views = [view for n, view in enumerate(self.views) if n not in free]
+        _renumber(new, self._without("bufferViews", free), "bufferView")
+
+    def _without(self, key: str, free: set[int]) -> dict[int, int]:
+        """Remove items of a list of the file; return the new index of each other one by its old one."""
+        items = self.tree.get(key, [])
+        kept = [n for n in range(len(items)) if n not in free]
+        items[:] = [items[n] for n in kept]
+        if not items:
+            self.tree.pop(key, None)
+        return {old: new for new, old in enumerate(kept)}
 
     def bytes(self) -> bytes:
         """Return the file as GLB; pictures beside a .gltf are included.
@@ -229,6 +267,7 @@ def with_coordinates(
     pictures: Mapping[str, Mapping[str, bytes]],
     *,
     untinted: bool = False,
+    kept: bool = False,
 ) -> tuple[bytes, list[str]]:
     """Return the file with new first texture coordinates for some triangles of primitives.
 
@@ -245,6 +284,7 @@ def with_coordinates(
             `gltf_materials.slots`).
         untinted: whether new base colours are to be seen as they are: the colour factors of their materials, which
             multiply them, become white.
+        kept: whether the coordinates are those of the base colours already, so that only pictures change.
 
     Returns:
         The bytes of a GLB file, and notes on textures that stay on the old coordinates, and on colours that tinted or
@@ -253,10 +293,23 @@ def with_coordinates(
     editor, effects = GltfEditor(parts[0].document), _SideEffects()
     faces_by_part = np.split(faces, np.cumsum([len(part.faces) for part in parts])[:-1])
     corners = np.split(uv_corners, 3 * np.cumsum([part_faces.sum() for part_faces in faces_by_part])[:-1])
+    editor.will_change(
+        holder.get("material")
+        for part, part_faces in zip(parts, faces_by_part)
+        if part_faces.all()
+        for holder in (part.tree, *gltf_materials.variants(part.tree))
+    )
     for part, part_faces, part_corners in zip(parts, faces_by_part, corners):
         if part_faces.any():
             shown = pictures.get(part.key, {})
+            if kept:
+                primitive = _alone(editor, part, part_faces)
+                _rebind(editor, primitive, shown, None, kept=True)
+                if untinted:
+                    _untint(editor, primitive, part, effects)
+                continue
             _change(editor, part, part_faces, uv, part_corners, shown, effects, untinted=untinted)
+    editor.forget()
     return editor.bytes(), effects.notes
 
 
@@ -501,7 +554,7 @@ def _staying(editor: GltfEditor, primitive: dict, pictures: set[str]) -> list[st
     material_number = primitive.get("material")
     staying = list[str]()
     for number in [material_number, *(mapping["material"] for mapping in gltf_materials.variants(primitive))]:
-        material = {} if number is None else editor.tree["materials"][number]
+        material = {} if number is None else editor.source.tree["materials"][number]
         repainted = _shown(material, pictures) if number == material_number else set()
         staying += [
             slot
@@ -517,35 +570,41 @@ def _shown(material: dict, pictures: set[str]) -> set[str]:
     return pictures | ({gltf_materials.DIFFUSE} if twice else set())
 
 
-def _rebind(editor: GltfEditor, primitive: dict, pictures: Mapping[str, bytes], kept_set: int | None) -> None:
-    """Give the primitive its own materials if they change: new pictures, or other slots on the kept coordinates."""
+def _rebind(
+    editor: GltfEditor,
+    primitive: dict,
+    pictures: Mapping[str, bytes],
+    kept_set: int | None,
+    *,
+    kept: bool = False,
+) -> None:
+    """Give the primitive its own materials if they change: new pictures, or other slots on the kept coordinates.
+
+    If all coordinates are kept, new pictures lie where the base colour did.
+    """
     if not pictures and kept_set is None:
         return
     material_number = primitive.get("material")
     for holder in [primitive, *gltf_materials.variants(primitive)]:
-        holder["material"] = _own_material(editor, holder.get("material"))
-        material = editor.tree["materials"][holder["material"]]
         new = pictures if holder is primitive else {}
+        moved_to = kept_set if holder is primitive or material_number is not None else None
+        change = tuple(sorted(new.items())), moved_to
+        holder["material"], is_made = editor.own_material(holder.get("material"), change)
+        if is_made:
+            continue
+        material = editor.tree["materials"][holder["material"]]
         slots = _shown(material, set(new))
         old_textures = {slot: info["index"] for slot, info in gltf_materials.slots(material)}
         contents = {
             slot: (new.get(slot, new.get(gltf_materials.BASE, b"")), old_textures.get(slot)) for slot in slots
         }
         uses = Counter(contents.values())
+        place = deepcopy(gltf_materials.base(material)) if kept else {}
         for slot, (content, old) in sorted(contents.items()):
             texture = editor.texture(content, old, uses[content, old])
-            gltf_materials.shown_picture(material, slot, texture)
-        if kept_set is not None and (holder is primitive or material_number is not None):
-            gltf_materials.move_maps(material, kept_set, slots)
-
-
-def _own_material(editor: GltfEditor, number: int | None) -> int:
-    """Return the index of a material with a single user, copied if necessary."""
-    materials = editor.tree.setdefault("materials", [])
-    if number is not None and list(_named(editor.tree["meshes"], "material")).count(number) == 1:
-        return number
-    materials.append(deepcopy(gltf_materials.NEW if number is None else materials[number]))
-    return len(materials) - 1
+            gltf_materials.set_texture(material, slot, texture, place)
+        if moved_to is not None:
+            gltf_materials.move_maps(material, moved_to, slots)
 
 
 def _untint(editor: GltfEditor, primitive: dict, part: Primitive, effects: _SideEffects) -> None:
@@ -584,17 +643,28 @@ def _type_of(content: bytes) -> str:
     return {".webp": "image/webp", ".jpg": "image/jpeg"}.get(formats.suffix_of_content(content), "image/png")
 
 
-def _named(tree: Any, *keys: str) -> Iterator[int]:
-    """Yield the integers stored under some keys, anywhere in a tree."""
+def _references(tree: Any, *keys: str) -> Iterator[tuple[dict[str, Any], str]]:
+    """Yield each object anywhere in a tree that stores an integer under one of some keys, with the key."""
     if isinstance(tree, list):
         for value in tree:
-            yield from _named(value, *keys)
+            yield from _references(value, *keys)
     elif isinstance(tree, dict):
         for key, value in tree.items():
             if key in keys and isinstance(value, int):
-                yield value
+                yield tree, key
             elif key != "extras":
-                yield from _named(value, *keys)
+                yield from _references(value, *keys)
+
+
+def _named(tree: Any, *keys: str) -> Iterator[int]:
+    """Yield the integers stored under some keys, anywhere in a tree."""
+    return (holder[key] for holder, key in _references(tree, *keys))
+
+
+def _renumber(tree: Any, number: Mapping[int, int], key: str) -> None:
+    """Replace the integers stored under a key, anywhere in a tree."""
+    for holder, _ in _references(tree, key):
+        holder[key] = number[holder[key]]
 
 
 def _textures_named(tree: dict) -> Iterator[int]:

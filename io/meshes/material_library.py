@@ -255,8 +255,14 @@ def _move(line: str, old: Path, new: Path) -> str:
     name = file_name(arguments)
     if not name or Path(name).is_absolute() or "\\" in name:
         return line
+    return with_file(line, relative(old / name, new))
+
+
+def with_file(line: str, file: str) -> str:
+    """Return a map statement that refers to another file."""
+    name = file_name(split(line)[1])
     start = line.rindex(name)
-    return line[:start] + relative(old / name, new) + line[start + len(name) :]
+    return line[:start] + file + line[start + len(name) :]
 
 
 def split(line: str) -> tuple[str, str]:

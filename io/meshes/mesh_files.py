@@ -29,8 +29,22 @@ def format_of(name: str | Path) -> type[MeshFormat]:
     if not (place := formats.of(name).mesh):
         cure = formats.remedy(name, "mesh", formats.holding("mesh"))
         raise InputError(f"{name}: cannot read a mesh from {formats.suffix_of(name)!r}; {cure}")
+    if ":" in place:  # an extension
+        module, _, kind = place.partition(":")
+        return getattr(import_module(module), kind)
     module, _, kind = place.partition(".")
     return getattr(import_module(f".{module}", __package__), kind)
+
+
+def demand_normal_maps(name: str) -> None:
+    """Raise an error unless the format of a mesh's name can contain a normal map.
+
+    Raises:
+        InputError: it cannot.
+    """
+    if not format_of(name).shows_normals:
+        suffix, able = formats.suffix_of(name), " or ".join(suffixes_with_materials())
+        raise InputError(f"{name}: {suffix[1:].upper()} cannot contain a normal map; use {able}")
 
 
 def suffixes_with_materials(dialect: str = "") -> list[str]:
@@ -183,7 +197,7 @@ def write(
     Raises:
         InputError: the format has no texture coordinates, or cannot store the mesh or a picture.
     """
-    formats.check(name, "uv", "cannot hold texture coordinates")
+    formats.check(name, "uv", formats.why_no_coordinates(name))
     return format_of(name).write(file, new, pictures, out, name, force=force)
 
 

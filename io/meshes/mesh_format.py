@@ -161,11 +161,13 @@ class NewCoordinates:
         triangles: (m, 3) corners of the triangles of all its polygons, in any order but with their orientation, for
             formats that store only triangles. Files all of whose faces are triangles keep their own if they are written
             by `corners` instead.
+        kept: whether they are the mesh's own, so that only pictures change.
     """
 
     uv: Real
     corners: Index
     triangles: Index
+    kept: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,12 +176,12 @@ class ShownPictures:
 
     Attributes:
         texture: file or content of a colour texture; None to leave materials unchanged.
-        normals: a normal map, y up.
+        normals: file or content of a normal map, y up.
         pictures: further PNG or JPEG files, by material and slot.
     """
 
     texture: Path | bytes | None = None
-    normals: Path | None = None
+    normals: Path | bytes | None = None
     pictures: Pictures = field(default_factory=dict)
 
 

@@ -93,7 +93,13 @@ class Obj(Elements):
         has_uv = bool(len(self.vt)) and bool((self.corners[:, 1] >= 0).any())
         uv, uv_corners = (self.vt, self.corners[:, 1]) if has_uv else (None, None)
         whole = Mesh(name, self.v, self.corners[:, 0], self.starts, uv, uv_corners, 1, lines)
-        whole = replace(whole, normals=self._unit_normals, normal_corners=self.normals)
+        materials, statements = self.current("usemtl")
+        whole = replace(
+            whole,
+            normals=self._unit_normals,
+            normal_corners=self.normals,
+            materials=materials if statements else None,
+        )
         mesh = whole if faces.all() else whole.part(faces, name)
         stated = self._has_normals(mesh.normal_corners)
         return mesh if stated else replace(mesh, normals=None, normal_corners=None)
@@ -202,38 +208,39 @@ def parse(data: bytes, path: Path) -> Obj:
     scan = obj_scan.scan(np.frombuffer(data, np.uint8))
     if scan.fault:
         raise InputError(f"{path}: {_place(data, scan.fault_at)}: {WRONG[scan.fault]}")
-    elements, (left_v, left_vt, left_vn) = scan.elements, scan.unconverted
-    _convert(data, path, elements.v, left_v)
-    _convert(data, path, elements.vt, left_vt)
-    _convert_normals(data, path, elements.vn, left_vn)
+    elements, (positions, coordinates, normals) = scan.elements, scan.unconverted
+    _convert(data, path, elements.v, *positions.T)
+    _convert(data, path, elements.vt, *coordinates.T)
+    _convert_normals(data, path, elements.vn, *normals.T)
     statements = tuple(_statement(data, int(start)) for start in scan.statement_at)
     return Obj(**vars(elements), path=path, data=data, statements=statements)
 
 
-def _convert_normals(data: bytes, path: Path, vn: Real, listed: Index) -> None:
+def _convert_normals(data: bytes, path: Path, vn: Real, indices: Index, offsets: Index) -> None:
     """Convert the numbers of normals; if one is invalid all become 0, since normals are optional."""
     try:
-        _convert(data, path, vn, listed)
+        _convert(data, path, vn, indices, offsets)
     except InputError:
         vn[:] = 0
 
 
-def _convert(data: bytes, path: Path, values: Real, listed: Index) -> None:
-    """Convert the numbers that the scanner left: values.flat[listed[:, 0]] is at byte listed[:, 1]."""
-    if not len(listed):
+def _convert(data: bytes, path: Path, values: Real, indices: Index, offsets: Index) -> None:
+    """Convert the numbers that the scanner left: values.flat[indices] start at these bytes."""
+    if not indices.size:
         return
     raw = np.frombuffer(data + b" " * NUMBER_WIDTH, np.uint8)
-    text = raw[listed[:, 1, None] + np.arange(NUMBER_WIDTH)].copy()
-    over = np.cumsum((text <= 32) | (text == 92), axis=1) > 0
-    text[over] = 0
+    text = raw[offsets[:, None] + np.arange(NUMBER_WIDTH)].copy()
+    ends_number = (text <= ord(" ")) | (text == ord("\\"))
+    after_number = np.cumsum(ends_number, axis=1) > 0
+    text[after_number] = 0
     strings = text.view(f"S{NUMBER_WIDTH}").ravel()
     try:
-        if not over[:, -1].all():
+        if not after_number[:, -1].all():
             raise ValueError("a number is too long")
-        values.ravel()[listed[:, 0]] = strings.astype(np.float64)
+        values.ravel()[indices] = strings.astype(np.float64)
     except ValueError:  # find the invalid number, or convert those that are too long
-        for place, offset in listed:
-            values.ravel()[place] = _one_number(data, path, int(offset))
+        for index, offset in zip(indices, offsets):
+            values.ravel()[index] = _one_number(data, path, int(offset))
 
 
 def _one_number(data: bytes, path: Path, offset: int) -> float:

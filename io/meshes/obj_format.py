@@ -3,7 +3,7 @@
 import hashlib
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from io import BufferedReader
 from pathlib import Path
@@ -164,7 +164,7 @@ class ObjFormat(MeshFormat):
         content, faces = obj_content(file), file.faces
         if content is None:
             content = ObjContent.of(obj.parse(_as_obj(file.mesh), name))
-            faces = np.ones(file.mesh.sizes.size, bool)
+            faces, new = np.ones(file.mesh.sizes.size, bool), replace(new, kept=False)
         texture = picture_file(pictures.texture) if isinstance(pictures.texture, bytes) else pictures.texture
         pictures = ShownPictures(texture, pictures.normals, pictures.pictures)
         return obj_materials.write(content.obj, content.library, faces, new, pictures, out, name, force=force)

@@ -1,13 +1,15 @@
 """The materials of OBJ files: materials of faces, their libraries, and names for new ones."""
 
+import os
 from collections.abc import Container
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from ...arrays import Flags
 from ...pixels.texture import Wrap
-from .. import files, formats
+from .. import files, formats, limits, references
 from . import material_library, obj_write
 from .material_library import Library
 from .mesh_format import NewCoordinates, ShownPictures, Written
@@ -76,21 +78,52 @@ def rename(whole: Obj, faces: Flags) -> tuple[dict[str | None, str], str]:
 
 
 def companions(name: Path, pictures: ShownPictures) -> list[str]:
-    """List the files that `write` creates beside an OBJ: its material library, and a picture that is not a file yet."""
-    if pictures.texture is None and pictures.normals is None:
+    """List the files that `write` creates beside an OBJ: its material library, and pictures that are not there yet."""
+    shown = _shown(name, pictures)
+    if not shown:
         return []
-    library = str(name.with_suffix(".mtl"))
-    return (
-        [library, str(_embedded_name(name, pictures.texture))]
-        if isinstance(pictures.texture, bytes)
-        else [library]
-    )
+    written = [str(path) for path, picture in shown.values() if picture is not None]
+    return [str(name.with_suffix(".mtl")), *written]
 
 
-def _embedded_name(name: Path, picture: bytes) -> Path:
-    """Return the path for a picture that was inside another mesh file."""
-    suffix = ".jpg" if formats.suffix_of_content(picture) == ".jpg" else ".png"
-    return name.with_name(f"{name.stem}-texture{suffix}")
+def _shown(name: Path, pictures: ShownPictures) -> dict[str, tuple[Path, Path | bytes | None]]:
+    """Return the files of the texture and the normal map by statement, with the picture that is written there, if any.
+
+    Pictures outside the mesh's folder are copied, since references to them would be refused when the mesh is read.
+    """
+    shown = dict[str, tuple[Path, Path | bytes | None]]()
+    for word, stem, picture in (
+        ("map_kd", "texture", pictures.texture),
+        (NORMALS, "normal", pictures.normals),
+    ):
+        if isinstance(picture, bytes):
+            suffix = ".jpg" if formats.suffix_of_content(picture) == ".jpg" else ".png"
+            shown[word] = name.with_name(f"{name.stem}-{stem}{suffix}"), picture
+        elif picture is not None:
+            outside = not references.may_be_read(picture, name.parent)
+            copy = name.with_name(f"{name.stem}-{stem}{picture.suffix.lower()}")
+            shown[word] = (copy, picture) if outside else (picture, None)
+    return shown
+
+
+def _with_pictures_inside(library: Library, folder: Path) -> tuple[Library, dict[Path, bytes]]:
+    """Return a library for a mesh in another folder, and the pictures to be written there because it refers to them.
+
+    Pictures in or below the folder stay where they are, and so does a second picture of the same name.
+    """
+    lines, origins = list[str](), dict[Path, Path]()
+    for line in library.lines:
+        picture = material_library.picture_named(line)
+        origin = library.folder / picture
+        if picture and origin.is_file() and not references.may_be_read(origin, folder):
+            copy = folder / origin.name
+            if origins.setdefault(copy, origin) == origin:
+                line = material_library.with_file(line, material_library.relative(copy, library.folder))
+        lines.append(line)
+    contents = {
+        copy: files.read_bytes(origin, max_bytes=limits.MESH_BYTES) for copy, origin in origins.items()
+    }
+    return replace(library, lines=tuple(lines)), contents
 
 
 def write(
@@ -105,25 +138,24 @@ def write(
     force: bool,
 ) -> Written:
     """Write an OBJ with new texture coordinates for some faces (f,); other arguments as for `MeshFormat.write`."""
-    by_material, texture, normals = pictures.pictures, pictures.texture, pictures.normals
-    words = {word for material_pictures in by_material.values() for word in material_pictures} | (
-        {"map_kd"} if texture else set()
-    )
-    words |= {NORMALS} if normals else set()
-    notes = staying(whole, materials, faces, name, words)
-    if not words:
+    by_material, shown = pictures.pictures, _shown(name, pictures)
+    words = {word for material_pictures in by_material.values() for word in material_pictures} | set(shown)
+    notes = [] if new.kept else staying(whole, materials, faces, name, words)
+    is_moved = bool(materials.lines) and os.path.realpath(materials.folder) != os.path.realpath(name.parent)
+    if not words and not is_moved:
         out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners))
         return Written(notes=notes)
-    library, contents = name.with_suffix(".mtl"), dict[Path, bytes]()
-    bound = dict[str, Path]()
-    if isinstance(texture, bytes):
-        bound["map_kd"] = _embedded_name(name, texture)
-        contents[bound["map_kd"]] = texture
-    elif texture is not None:
-        bound["map_kd"] = texture
-    if normals is not None:
-        bound[NORMALS] = normals
-    renames, plain = rename(whole, faces)
+    library = name.with_suffix(".mtl")
+    bound = {word: path for word, (path, _) in shown.items()}
+    materials, contents = _with_pictures_inside(materials, name.parent)
+    contents |= {
+        path: picture
+        if isinstance(picture, bytes)
+        else files.read_bytes(picture, max_bytes=limits.MESH_BYTES)
+        for path, picture in shown.values()
+        if picture is not None
+    }
+    renames, plain = rename(whole, faces) if words else ({}, "")
     pictures_of_material = dict[str | None, dict[str, str]]()
     for material in renames:
         material_pictures, several = by_material.get(material or "", {}), len(by_material) > 1
@@ -136,10 +168,13 @@ def write(
             word: material_library.name_of(path, library.parent) for word, path in (bound | paths).items()
         }
     text = material_library.bind(
-        materials, renames, plain, pictures_of_material, library, untinted=texture is not None
+        materials, renames, plain, pictures_of_material, library, untinted="map_kd" in shown
     )
     binding = obj_write.Binding(library.name, renames, plain)
-    out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners, binding))
+    if new.kept:
+        out.write_bytes(obj_write.rebind(whole, faces, binding))
+    else:
+        out.write_bytes(obj_write.retexture(whole, faces, new.uv, new.corners, binding))
     contents = {library: text.encode("utf-8", "surrogateescape")} | contents
     for path, data in contents.items():
         files.write_bytes(path, data, force=force)

@@ -148,15 +148,21 @@ def _binding_edits(obj: Obj, faces: NDArray[np.bool_], binding: Binding, newline
     return edits
 
 
+INDEX_BYTES = 20
+"""Largest number of digits of a 64-bit index, by which its rewritten corner may be longer."""
+
+
 def _apply(obj: Obj, edits: list[Edit], changed: Index, index: Index) -> bytes:
     """Apply edits and rewrite corner indices; edits at the same byte keep their order."""
     raw = np.frombuffer(obj.data, np.uint8)
-    places = obj.corner_at[changed]
-    out = np.empty(len(obj.data) + 20 * changed.size, np.uint8)
+    corner_at = obj.corner_at[changed]
+    out = np.empty(len(obj.data) + INDEX_BYTES * changed.size, np.uint8)
     pieces, position = [], 0
-    for start, end, text in [*sorted(edits, key=lambda e: e[:2]), (len(obj.data), len(obj.data), b"")]:
-        a, b = np.searchsorted(places, [position, start])
-        size = obj_scan.rewrite(raw, position, start, places[a:b], index[a:b], out)
+    to_end = len(obj.data), len(obj.data), b""
+    for start, end, text in [*sorted(edits, key=lambda edit: edit[:2]), to_end]:
+        # what lies between the last edit and this one, with new indices
+        first, after = np.searchsorted(corner_at, [position, start])
+        size = obj_scan.rewrite(raw, position, start, corner_at[first:after], index[first:after], out)
         pieces += [out[:size].tobytes(), text]
         position = max(position, end)
     return b"".join(pieces)

@@ -1,6 +1,5 @@
 """The OFF and STL formats, which store no texture coordinates: read by trimesh, or by `odd_forms` where that fails."""
 
-import logging
 import re
 import struct
 import warnings
@@ -74,7 +73,6 @@ def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
     """Return the geometries with faces that trimesh finds."""
     import trimesh
 
-    logging.getLogger("trimesh").addHandler(logging.NullHandler())
     with warnings.catch_warnings():
         # invalid numbers of a broken file are reported by later checks
         warnings.simplefilter("ignore")
@@ -83,7 +81,8 @@ def _by_trimesh(path: Path, data: bytes) -> dict[str, MeshFile]:
     for geometry_name, piece in scene.geometry.items():
         if isinstance(piece, trimesh.Trimesh) and len(piece.faces):
             name = path.name if geometry_name == "geometry_0" else geometry_name
-            mesh = Mesh.triangles(str(path), piece.vertices, piece.faces)
+            up_axis = 2 if path.suffix.lower() == ".stl" else 1
+            mesh = Mesh.triangles(str(path), piece.vertices, piece.faces, up_axis=up_axis)
             geometries[name] = MeshFile.whole(path, MeshContent(mesh))
     return geometries
 

@@ -40,7 +40,7 @@ class Property:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class PlyElement:
     """The rows of an element in cells: bytes, or the numbers of an ASCII file as text.
 
     Attributes:
@@ -72,12 +72,14 @@ class Table:
         """Return a list property: values (c,), their positions in the cells (c,), and where rows begin (n + 1,)."""
         k, prop = self._place(name)
         starts = self.starts[:-1, k]
-        size = _values(self.cells, starts, prop.count).astype(np.int64)
-        begins = np.concatenate([[0], np.cumsum(size)])
-        wide = 1 if self.text else np.dtype(prop.dtype).itemsize
-        first = starts + (1 if self.text else np.dtype(prop.count).itemsize)
-        places = np.repeat(first - wide * begins[:-1], size) + wide * np.arange(begins[-1])
-        return _values(self.cells, places, prop.dtype), places, begins
+        sizes = _values(self.cells, starts, prop.count).astype(np.int64)
+        begins = np.concatenate([[0], np.cumsum(sizes)])
+        # a list is its size and then its values, each of which takes one cell in text, or some bytes
+        size_cells = 1 if self.text else np.dtype(prop.count).itemsize
+        value_cells = 1 if self.text else np.dtype(prop.dtype).itemsize
+        place_in_list = np.arange(begins[-1]) - np.repeat(begins[:-1], sizes)
+        cells = np.repeat(starts + size_cells, sizes) + value_cells * place_in_list
+        return _values(self.cells, cells, prop.dtype), cells, begins
 
     def _place(self, name: str) -> tuple[int, Property]:
         return next((k, p) for k, p in enumerate(self.properties) if p.name == name)
@@ -97,7 +99,7 @@ class Ply:
     path: Path
     header: tuple[str, ...]
     newline: str
-    tables: dict[str, Table]
+    tables: dict[str, PlyElement]
 
     @cached_property
     def polygons(self) -> tuple[Index, Index]:
@@ -116,7 +118,7 @@ class Ply:
         return faces.ravel(), 3 * np.arange(len(faces) + 1)
 
     @property
-    def faces(self) -> Table | None:
+    def faces(self) -> PlyElement | None:
         """The table of faces; None for strips."""
         return self.tables.get("face", self.tables.get("faces"))
 
@@ -202,11 +204,11 @@ def parse(data: bytes, path: Path) -> Ply:
     body = data[end + len("end_header") :]
     body = body[len(newline) :] if body.startswith(newline.encode()) else body.lstrip(b" ")[1:]
     cells = np.frombuffer(body, np.uint8) if order else np.array(body.split() or [b""])
-    tables, offset = dict[str, Table](), 0
+    tables, offset = dict[str, PlyElement](), 0
     for name, count, properties in _elements(words, order):
         starts = _rows(cells[offset:], count, properties)
         end = int(starts[-1, 0])
-        tables[name] = Table(name, properties, cells[offset : offset + end], starts)
+        tables[name] = PlyElement(name, properties, cells[offset : offset + end], starts)
         offset += end
     _ = tables["vertex"]
     return Ply(path, tuple(lines), newline, tables)

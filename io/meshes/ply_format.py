@@ -70,15 +70,28 @@ class PlyFormat(MeshFormat):
         original = file.content.ply if isinstance(file.content, PlyContent) else None
         whole = original or ply_write.plain(file.mesh, name)
         faces = file.faces if original else np.ones(file.mesh.sizes.size, bool)
-        texture = pictures.texture
-        picture = material_library.relative(texture, name.parent) if isinstance(texture, Path) else None
+        texture, copied = pictures.texture, cls.companions(name, pictures)
+        picture = None
+        if isinstance(texture, Path):
+            picture = material_library.relative(Path(copied[0]) if copied else texture, name.parent)
         encoded, notes = ply_write.with_coordinates(whole, faces, new.uv, new.corners, picture)
         if isinstance(texture, bytes):
             notes.append("a PLY file contains no texture, only texture coordinates for it")
         elif texture is None and whole.texture is not None:
             notes.append(f"its texture {whole.texture.name} still belongs to the old coordinates")
         out.write_bytes(encoded)
-        return Written(notes=[f"{name}: {note}" for note in notes])
+        for path in copied:
+            assert isinstance(texture, Path)  # see companions
+            files.write_bytes(path, files.read_bytes(texture, max_bytes=limits.MESH_BYTES), force=force)
+        return Written(copied, [f"{name}: {note}" for note in notes])
+
+    @classmethod
+    def companions(cls, name: Path, pictures: ShownPictures) -> list[str]:
+        """Return a copy of a picture outside the mesh's folder, since a reference to it would be refused later."""
+        texture = pictures.texture
+        if not isinstance(texture, Path) or references.may_be_read(texture, name.parent):
+            return []
+        return [str(name.with_name(f"{name.stem}-texture{texture.suffix.lower()}"))]
 
     @classmethod
     def round_uv(cls, uv: Real) -> Real:

@@ -11,7 +11,7 @@ from ...arrays import Flags, Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh
 from ...surfaces.subdivided import Subdivision
-from .ply import COORDINATES, CORNERWISE, INDICES, TEXTURE, Ply, Property, Table, parse
+from .ply import COORDINATES, CORNERWISE, INDICES, TEXTURE, Ply, PlyElement, Property, parse
 from .splitting import Split, replaced, with_triangles
 
 NUMBER = "%.9g"  # single precision, as text
@@ -53,14 +53,16 @@ def with_coordinates(
     )
     table, notes = ply.faces, list[str]()
     if table is not None and CORNERWISE in table:
-        values, places, begins = table.lists(CORNERWISE)
-        if (begins == 2 * starts).all():
-            _cornerwise(changes, table, places.reshape(-1, 2)[changed], uv[uv_corners])
+        _, cells, begins = table.lists(CORNERWISE)
+        has_all_corners = (begins == 2 * starts).all()  # two numbers for each
+        if has_all_corners:
+            _cornerwise(changes, table, cells.reshape(-1, 2)[changed], uv[uv_corners])
             return _whole(ply, changes, texture), notes
         notes.append("its lists of texture coordinates do not cover all corners and are kept unchanged")
     names = ply.named(*COORDINATES)
     old = np.zeros((len(ply.tables["vertex"].starts) - 1, 2)) if names is None else ply.vertices(names)
-    index = len(uv) + corners  # unchanged faces keep the old coordinates
+    # index of each corner's coordinates among the new and the old ones, which unchanged faces keep
+    index = len(uv) + corners
     index[changed] = uv_corners
     split = Split.of(corners, index, len(old))
     values = split.values(np.concatenate([uv, old]), old)
@@ -103,7 +105,7 @@ def subdivided(ply: Ply, plan: Subdivision) -> Ply:
     return parse(_whole(ply, changes, None), ply.path)
 
 
-def _faces(table: Table, corners: Index, plan: Subdivision, numbers: Index, begins: Index) -> bytes:
+def _faces(table: PlyElement, corners: Index, plan: Subdivision, numbers: Index, begins: Index) -> bytes:
     """Return rows of faces with vertices (c,), each with the other properties of the face that it replaces."""
     times = plan.sizes(np.zeros(len(table.starts) - 1, np.int64))
     parent = np.repeat(np.arange(times.size), times)
@@ -157,13 +159,14 @@ def plain(mesh: Mesh, name: Path) -> Ply:
         f"ply\nformat binary_little_endian 1.0\ncomment iccm\nelement vertex {used.size}\n{properties}"
         f"element face {mesh.sizes.size}\nproperty list {size} int vertex_indices\nend_header\n"
     )
-    count, wide = ("u1", 1) if size == "uchar" else ("<i4", 4)
-    sizes = mesh.sizes
-    begins = np.concatenate([[0], np.cumsum(wide + 4 * sizes)])
+    size_type, size_bytes = ("u1", 1) if size == "uchar" else ("<i4", 4)
+    # each face is its number of corners, and then their indices of 4 bytes each
+    begins = np.concatenate([[0], np.cumsum(size_bytes + 4 * mesh.sizes)])
     body = np.zeros(begins[-1], np.uint8)
-    _put(body, begins[:-1], sizes, count)
-    offsets = np.repeat(begins[:-1] + wide - 4 * mesh.starts[:-1], sizes) + 4 * np.arange(corners.size)
-    _put(body, offsets, corners.ravel(), "<i4")
+    _put(body, begins[:-1], mesh.sizes, size_type)
+    place_in_face = np.arange(corners.size) - np.repeat(mesh.starts[:-1], mesh.sizes)
+    index_at = np.repeat(begins[:-1] + size_bytes, mesh.sizes) + 4 * place_in_face
+    _put(body, index_at, corners.ravel(), "<i4")
     return parse(head.encode() + mesh.points[used].astype("<f4").tobytes() + body.tobytes(), name)
 
 
@@ -190,7 +193,7 @@ def _bytes(cells: NDArray, starts: Index) -> bytes:
     return b"".join(b" ".join(words[a:b]) + b"\n" for a, b in pairwise(ends))
 
 
-def _cornerwise(changes: Changes, table: Table, places: Index, values: Real) -> None:
+def _cornerwise(changes: Changes, table: PlyElement, places: Index, values: Real) -> None:
     """Set the texture coordinates (c, 2) of corners."""
     cells = _room(table.cells)
     prop = next(p for p in table.properties if p.name == CORNERWISE)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import re
 import zipfile
 from collections import Counter
@@ -42,7 +41,6 @@ class ThreeMfFormat(MeshFormat):
         extras.load(purpose, "networkx")  # trimesh needs both
         import trimesh
 
-        logging.getLogger("trimesh").addHandler(logging.NullHandler())
         self._check_copies(*_structure(etree, self._models))
         declares_triangles = any(map(_count_triangles, self._models))
         del self._models  # trimesh unpacks the file itself
@@ -53,7 +51,7 @@ class ThreeMfFormat(MeshFormat):
             solid = scene.geometry[geometry]
             points = solid.vertices @ matrix[:3, :3].T + matrix[:3, 3]
             if len(solid.faces):
-                mesh = Mesh.triangles(str(self.path), points, solid.faces)
+                mesh = Mesh.triangles(str(self.path), points, solid.faces, up_axis=2)
                 meshes[str(node)] = MeshFile.whole(self.path, MeshContent(mesh))
         if not meshes and declares_triangles:
             raise InputError(

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import shapely
 
 from ...errors import InputError
 from .. import extras, files, formats, limits
+from ..isolated import process
 
 DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".kml": "KML", ".fgb": "FlatGeobuf"}
 BEGINNINGS = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\x0a", ".kml": b"<", ".fgb": b"fgb"}
@@ -45,57 +45,50 @@ class Layer:
     kind: str
 
 
-def read(path: Path, layer: str | None = None) -> Layer:
+def read(path: Path, layer: str | None = None, *, or_only: bool = False) -> Layer:
     """Read a layer; the name may be left out if the file has only one.
+
+    GDAL reads the file in a separate process, see `readers.layers`.
+
+    Args:
+        path: the file.
+        layer: the name of the layer.
+        or_only: whether the only layer of the file is read if it has another name.
 
     Raises:
         InputError: pyogrio is not installed, the file is damaged, or the layer is not named or does not exist.
     """
-    names = names_of(path)
-    if layer is None and len(names) == 1:
-        layer = names[0]
-    if layer not in names:
+    extras.require(f"{path}: reading it", "pyogrio")
+    suffix = formats.suffix_of(path)
+    files.open_input(path, max_bytes=limits.GEOMETRY_BYTES)
+    with files.opened(path) as file:
+        beginning = file.read(64).removeprefix(b"\xef\xbb\xbf").lstrip(b"" if suffix != ".kml" else None)
+    if not beginning.startswith(BEGINNINGS[suffix]):
+        raise InputError(f"{path}: is not a {DRIVERS[suffix]} file")
+    beside = [path.with_suffix(more) for more in COMPANIONS.get(suffix, ())]
+    if absent := [name for name in beside[:2] if not name.is_file()]:
+        raise InputError(f"{path}: {absent[0].name} is missing, which belongs to it")
+    read = process.read(path, "layers", beside=beside, layer=layer)
+    names, name = read["names"], read["name"]
+    if name is None or (layer is not None and layer != name and not or_only):
         listed = ", ".join(names[:12]) or "no layers with geometries"
         what = f"has no layer {layer!r}" if layer else "has several layers; choose one with #layer"
         raise InputError(f"{path}: {what}: {listed}")
-    with _gdal(path, "read") as pyogrio:
-        meta, _, shapes, columns = pyogrio.raw.read(path, layer=layer)
-    fields = [str(name) for name in meta["fields"]]
-    features = []
-    for number, geometry in enumerate(shapely.from_wkb(shapes, on_invalid="ignore")):
-        properties = {name: _plain(column[number]) for name, column in zip(fields, columns)}
-        features.append(
-            {
-                "type": "Feature",
-                "id": number,
-                "properties": properties,
-                "geometry": None if geometry is None else _listed(shapely.geometry.mapping(geometry)),
-            }
-        )
-    others = tuple(name for name in names if name != layer)
+    columns = [np.array(column, object) if isinstance(column, list) else column for column in read["columns"]]
+    starts, data = read["starts"].tolist(), read["geometries"].tobytes()
+    shapes = shapely.from_wkb([data[a:b] or None for a, b in pairwise(starts)], on_invalid="ignore")
+    features = [
+        {
+            "type": "Feature",
+            "id": number,
+            "properties": {field: _plain(column[number]) for field, column in zip(read["fields"], columns)},
+            "geometry": None if shape is None else _listed(shapely.geometry.mapping(shape)),
+        }
+        for number, shape in enumerate(shapes)
+    ]
+    others = tuple(other for other in names if other != name)
     content = {"type": "FeatureCollection", "features": features}
-    return Layer(
-        content, layer, others, meta["crs"] or "", fields, list(columns), meta["geometry_type"] or "Unknown"
-    )
-
-
-def names_of(path: Path) -> list[str]:
-    """Return the names of a file's layers with geometries.
-
-    Raises:
-        InputError: pyogrio is not installed, or the file is damaged.
-    """
-    with _gdal(path, "read") as pyogrio:
-        suffix = formats.suffix_of(path)
-        files.open_input(path, max_bytes=limits.GEOMETRY_BYTES)
-        with files.opened(path) as file:
-            beginning = file.read(64).removeprefix(b"\xef\xbb\xbf").lstrip(b"" if suffix != ".kml" else None)
-        if not beginning.startswith(BEGINNINGS[suffix]):
-            raise InputError(f"{path}: is not a {DRIVERS[suffix]} file")
-        missing = [path.with_suffix(more) for more in COMPANIONS.get(suffix, ())[:2]]
-        if absent := [name for name in missing if not name.is_file()]:
-            raise InputError(f"{path}: {absent[0].name} is missing, which belongs to it")
-        return [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
+    return Layer(content, name, others, read["crs"], read["fields"], columns, read["kind"])
 
 
 def write(layer: Layer, path: Path) -> None:
@@ -112,32 +105,23 @@ def write(layer: Layer, path: Path) -> None:
         shape is not None and shape.geom_type.startswith("Multi") for shape in shapes
     ):
         kind = f"Multi{kind}"
-    with _gdal(path, "written") as pyogrio:
-        pyogrio.raw.write(
-            path,
-            shapely.to_wkb(np.array(shapes, dtype=object)),
-            [column[rows] for column in layer.columns],
-            layer.fields,
-            geometry_type=kind,
-            crs=layer.crs or None,
-            layer=layer.name,
-            driver=DRIVERS[formats.suffix_of(path)],
-            promote_to_multi=kind.startswith("Multi"),
-        )
-
-
-@contextmanager
-def _gdal(path: Path, what: Literal["read", "written"]) -> Iterator[Any]:
-    """Give pyogrio, without warnings of GDAL; its errors, of many kinds, become those of input."""
-    pyogrio = extras.load(f"{path}: {'reading' if what == 'read' else 'writing'} it", "pyogrio", "raw")
+    pyogrio = extras.load(f"{path}: writing it", "pyogrio", "raw")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            yield pyogrio
-    except InputError:
-        raise
-    except Exception as error:
-        raise InputError(f"{path}: cannot be {what}: {str(error).splitlines()[0][:120]}") from None
+            pyogrio.raw.write(
+                path,
+                shapely.to_wkb(np.array(shapes, dtype=object)),
+                [column[rows] for column in layer.columns],
+                layer.fields,
+                geometry_type=kind,
+                crs=layer.crs or None,
+                layer=layer.name,
+                driver=DRIVERS[formats.suffix_of(path)],
+                promote_to_multi=kind.startswith("Multi"),
+            )
+    except Exception as error:  # of many kinds
+        raise InputError(f"{path}: cannot be written: {str(error).splitlines()[0][:120]}") from None
 
 
 def _plain(value: Any) -> Any:

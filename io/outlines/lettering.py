@@ -28,6 +28,8 @@ TEXT = "text="
 _SELECTION = re.compile(r"((?:[A-Za-z0-9]{4}=[-+.\d]+&)*)text=(.*)", re.DOTALL)
 _VARIATION = re.compile(r"([A-Za-z0-9]{4})=([-+]?(?:\d+\.?\d*|\.\d+))")
 LINE_EMS = 0.8, 1.0  # least height of the canvas above the baseline, and in all, in ems
+BASELINE = LINE_EMS[0] * UNITS_PER_EM
+"""Ordinate of the baseline."""
 DEFAULT_FONT = Path(__file__).parent / "DejaVuSans-Bold.ttf"
 """A font that every installation has; its licence lies beside it."""
 STYLES: dict[str, dict[str, int]] = {
@@ -80,6 +82,8 @@ def _file(text: str, font: str | None) -> str:
         raise InputError("--text: is empty; write the text to set, such as --text Hello")
     if font is None:
         return str(DEFAULT_FONT)
+    if formats.suffix_of(font) in formats.WEB_FONTS:
+        raise InputError(f"--font {font}: {formats.WEB_FONT}")
     if formats.suffix_of(font) in formats.FONTS or Path(font).exists():
         return font
     family, weight, slant = _style(font)
@@ -107,7 +111,7 @@ def _style(name: str) -> tuple[str, int, int]:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class TextLine:
     """A line of text set in a font, y down, with its baseline below the top of the canvas.
 
     Attributes:
@@ -168,7 +172,7 @@ def svg(path: Path, selection: str | None = None, *, max_bytes: int = limits.DRA
     return tostring(top)
 
 
-def _set(path: Path, selection: str | None, flatness: float, max_bytes: int) -> Line:
+def _set(path: Path, selection: str | None, flatness: float, max_bytes: int) -> TextLine:
     """Return the line of text that a spec selects, with curves flattened for its rings and kept in its path data.
 
     Raises:
@@ -180,6 +184,9 @@ def _set(path: Path, selection: str | None, flatness: float, max_bytes: int) -> 
         raise InputError(f"{path}: {SAY.format(path.name)}")
     if len(text) > limits.SVG_LETTERS:
         raise InputError(f"{path}: the text has more than {limits.SVG_LETTERS} letters; shorten it")
+    with path.open("rb") as content:
+        if content.read(4) in formats.WEB_FONTS.values():
+            raise InputError(f"{path}: {formats.WEB_FONT}")
     try:
         font = Font(files.as_text(path))
     except (OSError, RuntimeError, ValueError) as error:
@@ -188,7 +195,7 @@ def _set(path: Path, selection: str | None, flatness: float, max_bytes: int) -> 
     try:
         sets, width = font.sets(text), font.width(text) * UNITS_PER_EM
         reason = font.undrawn(text) if sets else ""
-        glyphs = font.set_at(text, 0.0, LINE_EMS[0] * UNITS_PER_EM, UNITS_PER_EM) if sets else []
+        glyphs = font.set_at(text, 0.0, BASELINE, UNITS_PER_EM) if sets else []
     except (OSError, RuntimeError, ValueError) as error:
         raise InputError(f"{path}: cannot read this font: {error}") from None
     if reason:
@@ -204,7 +211,7 @@ def _set(path: Path, selection: str | None, flatness: float, max_bytes: int) -> 
     left, top = min(0.0, points.real.min()), min(0.0, points.imag.min())
     right, bottom = max(width, points.real.max()), max(LINE_EMS[1] * UNITS_PER_EM, points.imag.max())
     canvas = float(left), float(top), float(right - left), float(bottom - top)
-    return Line(selection or "", text, glyphs, canvas, letters)
+    return TextLine(selection or "", text, glyphs, canvas, letters)
 
 
 def _vary(font: Font, variation: str, path: Path) -> None:

@@ -85,7 +85,7 @@ def read_layer(
         InputError: the layer cannot be read, or has no valid polygon.
     """
     name, _, feature = (selection or "").partition("#")
-    layer = layers.read(path, None if not name or len(layers.names_of(path)) == 1 else name)
+    layer = layers.read(path, name or None, or_only=True)
     chosen = feature or (name if name != layer.name else "") or None
     drawing = DrawingContent([], None, flip=False)
     try:

@@ -14,17 +14,22 @@ def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
     """Convert a topology to a feature collection; any other document is returned as it is.
 
     Raises:
-        InputError: it refers to an arc that does not exist.
+        InputError: it is not valid, or refers to an arc that does not exist.
     """
     if content.get("type") != "Topology":
         return content
     transform = content.get("transform")
-    arcs = [_arc(arc, transform) for arc in content["arcs"]]
-    features = [
-        _feature(geometry, arcs, str(name), 0, transform)
-        for name, geometry in content["objects"].items()
-        if isinstance(geometry, dict)
-    ]
+    try:
+        arcs = [_arc(arc, transform) for arc in content["arcs"]]
+        features = [
+            _feature(geometry, arcs, str(name), 0, transform)
+            for name, geometry in content["objects"].items()
+            if isinstance(geometry, dict)
+        ]
+    except InputError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError, OverflowError):
+        raise InputError("not valid TopoJSON") from None
     return {"type": "FeatureCollection", "features": features}
 
 

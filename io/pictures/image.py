@@ -1,6 +1,7 @@
 """Pictures as they are stored, and their conversion for output formats: colour space, alpha association, depth."""
 
 import os
+import re
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
@@ -52,12 +53,12 @@ class Image:
     raster: Raster | None = None
 
     def texture(
-        self, box: Box, kind: str = "colour", room: Memory | None = None, turn: complex = 1
+        self, box: Box, kind: str = "colour", room: Memory | None = None, rotation: complex = 1
     ) -> Texture:
         """Return the picture placed in the plane, in sRGB or linear light; plain numbers unless `kind` is "colour"."""
         transfer = "linear" if kind != "colour" else transfer_of(self.colorspace)
         if transfer is not None:
-            return Texture(self.pixels, box, self.alpha, transfer, self.associated, turn)
+            return Texture(self.pixels, box, self.alpha, transfer, self.associated, rotation)
         room = room or Memory()
         linear = room(self.pixels.shape, np.float32)
         step = strip_rows(*linear.shape[1:])
@@ -65,7 +66,7 @@ class Image:
             part = replace(self, pixels=self.pixels[row : row + step])
             linear[row : row + step] = _convert(part, "lin_rec709", np.dtype(np.float32)).pixels
             room.release()
-        return Texture(linear, box, self.alpha, "linear", self.associated, turn)
+        return Texture(linear, box, self.alpha, "linear", self.associated, rotation)
 
     def covered(self) -> "Image":
         """Return a picture of one pixel with the channels of the result of `warp`: alpha is appended if missing."""
@@ -206,12 +207,17 @@ def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray
     return out if alpha is None else out * alpha
 
 
+_UNSUPPORTED = re.compile(r"(\w+) compression support is not configured")
+
+
 def error_of(library: Any) -> str:
     """Return the first line of the last error of OpenImageIO, or of one of its files or buffers, and clear it."""
     try:
         lines = library.geterror().strip().splitlines()
     except UnicodeDecodeError:  # the message quotes the file
         return "its header contains bytes that are not UTF-8"
+    if lines and (compression := _UNSUPPORTED.search(lines[0])):
+        return f"its compression {compression[1]} is not supported; use gdal_translate -co COMPRESS=DEFLATE"
     return lines[0] if lines else "unknown reason"
 
 

@@ -63,6 +63,9 @@ FORGOTTEN: tuple[str, ...] = (
     "ICCProfile:",
 )
 FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:PixelYDimension", "thumbnail")
+TIFFFILE_SHAPE = (
+    '{"shape": '  # begins the description by which tifffile and scikit-image state a picture's size
+)
 KTX2_MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"  # the first bytes of such a file
 
 
@@ -450,11 +453,26 @@ def losses(path: str | Path, image: Image) -> list[str]:
         notes.append(
             f"{suffix} stores {bits_left} bits per channel, and the texture has {bits}; use .exr or .tif"
         )
+    if suffix == ".hdr" and bits > 8 and not _fits_rgbe(image):
+        notes.append(
+            f"{suffix} stores 8 bits per channel with a common exponent; use .exr or .tif to keep {bits}"
+        )
     if image.alpha >= 0 > stored.alpha and _has_transparency(image):
         notes.append(f"{suffix} has no alpha channel, so transparent parts become white; use .png or .tif")
     if "ICCProfile" in image.metadata and not format.profile:
         notes.append(f"{suffix} does not store the texture's colour profile; use .png or .tif to keep it")
     return notes
+
+
+def _fits_rgbe(image: Image) -> bool:
+    """Return whether colours are multiples of a 256th of the power of two above the largest of their channels."""
+    channels = [channel for channel in range(image.pixels.shape[2]) if channel != image.alpha]
+    for row in image.pixels:
+        colours = row[:, channels].astype(float)
+        scaled = np.ldexp(colours, 8 - np.frexp(colours.max(axis=1, keepdims=True))[1])
+        if (scaled != np.round(scaled)).any():
+            return False
+    return True
 
 
 def _has_transparency(image: Image) -> bool:
@@ -558,7 +576,8 @@ def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
     is_complete = True
     for entry in spec.extra_attribs:
         try:
-            if not entry.name.startswith(FORGOTTEN):
+            states_size = entry.name == "ImageDescription" and str(entry.value).startswith(TIFFFILE_SHAPE)
+            if not (entry.name.startswith(FORGOTTEN) or states_size):
                 # skip values that cannot be written back
                 oiio.ImageSpec().attribute(entry.name, entry.type, entry.value)
                 entries[entry.name] = (entry.type, entry.value)

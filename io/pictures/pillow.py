@@ -37,6 +37,7 @@ DECODER_ERRORS = (
     TypeError,
     ArithmeticError,
     AssertionError,
+    RuntimeError,
     struct.error,
     zlib.error,
 )

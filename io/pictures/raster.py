@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +24,8 @@ class Raster:
         halves: whether each channel is stored as two of 16 bits, the lower half first.
         pages: number of pages of the file, which are the bands; 1 if the bands are in one page.
         description: that of ImageJ or OME.
+        shown: how ImageJ shows the channels, which stays true: their names, ranges and lookup tables.
+        resolution: pixels per unit in x and y, as TIFF states it for ImageJ.
         bands: what GDAL states about each band, as (index, name, role, text): its name, unit, scale and offset.
         colormap: (3, n) palette of a TIFF.
     """
@@ -32,6 +36,8 @@ class Raster:
     halves: bool = False
     pages: int = 1
     description: str = ""
+    shown: Mapping[str, Any] = field(default_factory=dict)
+    resolution: tuple[Any, Any] | None = None
     bands: tuple[tuple[int, str, str, str], ...] = ()
     colormap: NDArray | None = None
 

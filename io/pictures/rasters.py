@@ -34,6 +34,7 @@ ROLES_OF_BANDS = ("description", "unittype", "scale", "offset")
 """Of GDAL's metadata: without scale and offset, the numbers would mean something else."""
 TRANSPARENCY_MASK = 4  # of the tag NewSubfileType
 MOST_PAGES_BEFORE_MASK = 16  # GDAL writes it right after the picture
+SHOWN_BY_IMAGEJ = ("Labels", "Ranges", "LUTs")  # of its metadata: what does not depend on places
 PALETTE = 3  # of the tag PhotometricInterpretation
 MOST_DESCRIPTION_BYTES = 1 << 24
 EXACT_IN_SINGLE = 1 << 24  # whole numbers up to this one are exact in single precision
@@ -114,9 +115,17 @@ def write(path: Path, image: Image, blocks: Iterable[NDArray], alpha: int, *, sa
     options: dict[str, Any] = {"metadata": None, "extratags": extra, "software": "iccm"}
     with tifffile.TiffWriter(path) as file:
         if raster.pages > 1 or raster.description:  # uncompressed, as ImageJ reads them
+            if raster.resolution and same_grid:
+                options |= {"resolution": raster.resolution, "resolutionunit": "NONE"}
+            first: dict[str, Any] = {"description": description.encode()} if description else {}
+            if raster.shown:
+                first["extratags"] = [
+                    *extra,
+                    *tifffile.imagej_metadata_tag(dict(raster.shown), file.tiff.byteorder),
+                ]
             for page in range(values.shape[2]):
-                first: dict[str, Any] = {"description": description} if page == 0 and description else {}
                 file.write(values[..., page], photometric="minisblack", contiguous=False, **(options | first))
+                first = {}
             return
         if raster.colormap is not None and values.dtype.kind == "u" and values.dtype.itemsize <= 2:
             options |= {"photometric": "palette", "colormap": raster.colormap}
@@ -134,10 +143,11 @@ def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image |
         return None
     tiff, first = tags
     stored, mask = first["dtype"], first["mask"]
+    tiff = _with_possible_nodata(tiff, stored)
     masked_floats = mask is not None and stored.kind == "f"  # GDAL ignores alpha channels of floats
     is_stated = tiff.nodata is not None or tiff.description or tiff.bands or masked_floats
     may_be_labels = nearest and first["channels"] == 1
-    if _is_usual(stored) and not is_stated and not may_be_labels:
+    if _is_usual(stored) and stored.kind != "f" and not is_stated and not may_be_labels:
         return None  # `image_files.read` makes the mask an alpha channel
     values: NDArray | None
     if stored.kind in "iuc" and stored.itemsize >= 8:
@@ -147,6 +157,9 @@ def _read_tiff(path: Path, name: str, max_pixels: int, nearest: bool) -> Image |
     if values is None:
         return None
     dtype = values.dtype
+    tiff = _with_possible_nodata(tiff, dtype)
+    if dtype.kind == "f" and tiff.nodata is None and np.isnan(values).any():
+        tiff, is_stated = replace(tiff, nodata=float("nan")), True
     if first.get("palette"):
         if tiff.colormap is None or not nearest or not is_label(values[..., 0], of_file=True):
             return None
@@ -235,6 +248,8 @@ def _tags(path: Path) -> tuple[Raster, dict[str, Any]] | None:
             _number(text),
             pages=len(file.pages) if several else 1,
             description=description if (file.is_imagej or file.is_ome) and page.samplesperpixel == 1 else "",
+            shown={key: v for key, v in (file.imagej_metadata or {}).items() if key in SHOWN_BY_IMAGEJ},
+            resolution=_resolution(page) if file.is_imagej else None,
             bands=_about_bands(page.tags.valueof(METADATA_TAG), page.samplesperpixel),
             colormap=None if colormap is None else np.asarray(colormap),
         )
@@ -246,6 +261,12 @@ def _tags(path: Path) -> tuple[Raster, dict[str, Any]] | None:
         }
         return raster, about
     return None
+
+
+def _resolution(page: Any) -> tuple[Any, Any] | None:
+    """Return the numbers of pixels per unit in x and y, as fractions; None if they are not stated."""
+    stated = [page.tags.valueof(name) for name in ("XResolution", "YResolution")]
+    return (stated[0], stated[1]) if all(stated) else None
 
 
 def mask_of(path: Path) -> NDArray | None:
@@ -288,6 +309,15 @@ def _number(text: Any) -> float | None:
     with suppress(TypeError, ValueError):
         return float(str(text).strip("\0 ")) if text is not None else None
     return None
+
+
+def _with_possible_nodata(raster: Raster, dtype: np.dtype) -> Raster:
+    """Return a raster without a value for no data that numbers of its type cannot have."""
+    value = raster.nodata
+    if value is None or dtype.kind not in INTEGERS:
+        return raster
+    is_possible = value.is_integer() and np.iinfo(dtype).min <= value <= np.iinfo(dtype).max
+    return raster if is_possible else replace(raster, nodata=None)
 
 
 def _about_bands(xml: Any, count: int) -> tuple[tuple[int, str, str, str], ...]:

@@ -104,19 +104,6 @@ def read(path: str | Path, *, max_pixels: int = limits.READ_PIXELS, room: Memory
     return image.pixels
 
 
-def shows_nothing(st: NDArray) -> str:
-    """Return what is wrong with an STMap that shows nothing of any picture; empty if nothing is.
-
-    Such maps come from programs that failed: all of their pixels are NaN, zero, or outside of the map.
-    """
-    if not _is_set(st).any():
-        return "none of its pixels has a place in a picture: all are NaN, zero or uncovered"
-    places_of_pixels = st[_is_set(st)][:, :2]
-    if st.shape[0] * st.shape[1] > 1 and (places_of_pixels == places_of_pixels[0]).all():
-        return "all of its pixels have the same place in a picture"
-    return ""
-
-
 def _is_set(st: NDArray) -> NDArray[np.bool_]:
     """Mark the pixels (h, w) of an STMap that have a place in a picture."""
     is_finite: NDArray[np.bool_] = np.isfinite(st[..., :2]).all(axis=-1)
@@ -140,11 +127,14 @@ def apply(
     edge: str = "clamp",
     room: Memory | None = None,
     threads: int | None = None,
-) -> None:
+) -> str:
     """Write a picture warped by an STMap, row by row as it is computed.
 
     `tiles` is the range of s and t that the picture covers, by default 0..1, and `room` limits memory. The other
     arguments are those of `iccm.pixels.warp.warp`.
+
+    Returns:
+        Why nothing of the picture is seen; empty if something is.
     """
     from dataclasses import replace
 
@@ -158,8 +148,32 @@ def apply(
     sampler = Sampler(texture, filter, kind, edge, memory=room, threads=threads)
     work = Warp(stored, sampler, stored.canvas)
 
+    is_transparent = work.alpha >= 0
+
     def blocks():
+        nonlocal is_transparent
         for block in work.blocks(threads):
+            is_transparent = is_transparent and not block[..., work.alpha].any()
             yield image.with_pixels(block, work.alpha).pixels
 
     image_files.write_bands(path, replace(image, alpha=work.alpha), st.shape[0], st.shape[1], blocks())
+    if fault := _fault(st, low, high, repeats=edge in ("repeat", "mirror")):
+        return fault
+    return "the picture is transparent wherever it is shown" if is_transparent else ""
+
+
+def _fault(st: NDArray, low: complex, high: complex, *, repeats: bool) -> str:
+    """Return why an STMap shows nothing of a picture from `low` to `high`; empty if it shows something.
+
+    Such maps come from programs that failed, or are in pixels.
+    """
+    set_places = st[_is_set(st)][:, :2]
+    if not set_places.size:
+        return "none of its pixels has a place in a picture: all are NaN, zero or uncovered"
+    if st.shape[0] * st.shape[1] > 1 and (set_places == set_places[0]).all():
+        return "all of its pixels have the same place in a picture"
+    s, t = set_places.T
+    is_inside = (low.real <= s) & (s <= high.real) & (low.imag <= t) & (t <= high.imag)
+    if not repeats and not is_inside.any():
+        return "all of its pixels have their places outside of the picture"
+    return ""

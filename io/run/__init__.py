@@ -32,6 +32,9 @@ overlay_picture  a picture of an overlay in a flattening
 relayout       `iccm relayout`
 requirements   what options need in order to have an effect; those that were given in vain are refused
 flat_colours   drawings of a few flat colours as areas, and which areas of two drawings become each other in a morph
+along          `--along`: bend the source along a line of the target
+preview        the contact sheet of a textured mesh: views from four sides, drawn without a display, a driver or…
+maps           the maps of a job: solved for each pair of shapes, from scratch or continued from an earlier map
 """
 
 from importlib import import_module

@@ -3,44 +3,30 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from functools import partial
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...arrays import Complex, Flags
-from ...balanced.errors import NoMapError
-from ...balanced.motion import is_reshaped
+from ...arrays import Complex
 from ...curve import Curve
 from ...errors import ConstraintError, InputError
-from ...fit_data import with_details
-from ...fits import is_of_drawings
-from ...maps.triangulated.map import TriangulatedMap
 from ...pins import Pin, Stroke
-from .. import files, limits
-from ..shapes import parts
+from .. import limits
 from ..spec import path_of
 from .job import Job
 
 if TYPE_CHECKING:
-    from ...result import Fit
     from ..shapes.listing import ConstraintsFile
     from ..shapes.shape import Shape
     from ..shapes.starts import StartingMap
 
 
-MOST_COST_RATIO = 1.15
-"""Factor between costs: a map continued from another is replaced by a new one if it costs more than this many times as
-much as the other, and as the new map.
-"""
-CONSTRAINTS = "pins", "strokes", "rigid", "rigid_target", "importance", "size_map"
 FINGERPRINTED = "balance", "turn", "fit", "holes", "tolerance", "exact_pins", "max_dilatation", "max_stretch"
 """Options of a job on which the map that meets given pins depends."""
 DEFAULT_VALUES = None, False, 0, "auto", "whole"  # of these options; with pins, auto is whole
-SAME_OUTLINE_SHARE = 1e-9  # relative to the diagonal: outlines no farther apart than this are the same
 Names = tuple[list[str], list[str]]  # of pins and of strokes; empty strings for unnamed ones
 
 
@@ -82,14 +68,16 @@ def constrain(
         from ..shapes.regions import greys, read
 
         further_regions = listed.rigid if listed else []
-        arguments["rigid"] = read(source, job.rigid, further_regions)
+        arguments["rigid"] = read(source, job.rigid, further_regions, each=job.rigid_each)
         arguments |= (
             greys(source, [*job.rigid, *further_regions]) if job.target and not source.is_mesh else {}
         )
     if job.rigid_target:
         from ..shapes.regions import read
 
-        arguments["rigid_target"] = read(target, job.rigid_target, option="--rigid-target")
+        arguments["rigid_target"] = read(
+            target, job.rigid_target, option="--rigid-target", each=job.rigid_each
+        )
     if job.importance or job.size_map:
         from ..shapes.regions import fields
 
@@ -187,196 +175,6 @@ def add_names(called: Names) -> Iterator[None]:
 
 def _named(names: list[str], k: int) -> bool:
     return k < len(names) and bool(names[k])
-
-
-def solve(
-    source: Shape,
-    target: Shape | None,
-    arguments: dict[str, Any],
-    *,
-    holed: bool,
-    tell: Callable[[str], None],
-) -> Fit:
-    """Return the map of two shapes, or the deformation of one; `holed` if holes are to be mapped, too.
-
-    Args:
-        source: the shape that is mapped.
-        target: the shape to map onto; None for a deformation.
-        arguments: options of `iccm.fit` and `iccm.deform`.
-        holed: whether holes are mapped onto holes.
-        tell: called with notes about holes that are ignored.
-    """
-    import iccm
-
-    from ..shapes.holes import deform_with_holes, filled, fit_with_holes
-
-    if target is None:
-        return deform_with_holes(source, **arguments) if holed else iccm.deform(source.curve, **arguments)
-    if holed:
-        return prefer_namesakes(
-            source, target, partial(fit_with_holes, source, target, tell), arguments, tell
-        )
-    if source.drawing is None or target.drawing is None:
-        return prefer_namesakes(
-            source, target, partial(iccm.fit, source.domain, target.domain), arguments, tell
-        )
-    # holes are ignored by the map, but still cut out of the picture
-    plain = partial(iccm.fit, filled(source).domain, filled(target).domain)
-    return with_details(
-        prefer_namesakes(source, target, plain, arguments, tell), drawings=(source.drawing, target.drawing)
-    )
-
-
-def prefer_namesakes(
-    source: Shape,
-    target: Shape,
-    fit: Callable[..., Fit],
-    arguments: dict[str, Any],
-    tell: Callable[[str], None],
-) -> Fit:
-    """Return the map of two shapes; use parts with the same name as pins if that helps.
-
-    If the unconstrained map does not carry a named part onto its namesake, a map that starts from these parts as pins
-    is preferred, unless it costs more than `MOST_COST_RATIO` times as much.
-    """
-    plain = fit(**arguments)
-    is_constrained = any(arguments.get(name) is not None for name in (*CONSTRAINTS, "start"))
-    if is_constrained or plain.details.place != "fill" or not isinstance(plain.map, TriangulatedMap):
-        return plain
-    names, places, radii = parts.namesakes(source, target)
-    if not names:
-        return plain
-
-    def missed(candidate: Fit) -> Flags:
-        return ~(np.abs(candidate.map(places[:, 0]) - places[:, 1]) <= radii)
-
-    missed_before = missed(plain)
-    if not missed_before.any():
-        return plain
-    with suppress(NoMapError, InputError):
-        requested = arguments.get("fit")
-        mode = requested if is_of_drawings(requested) else "whole"
-        pinned = fit(**arguments | {"pins": places, "fit": mode})
-        pins_fix_turn = (
-            arguments.get("turn") is None and len(names) > 1
-        )  # several pins determine the rotation
-        free = fit(
-            **arguments | {"start": pinned.map, "fit": mode} | ({"turn": "any"} if pins_fix_turn else {})
-        )
-        missed_now = missed(free)
-        gained = [name for name, is_gained in zip(names, missed_before & ~missed_now) if is_gained]
-        if (
-            free.status.ok
-            and missed_now.sum() < missed_before.sum()
-            and _cost(free) <= MOST_COST_RATIO * _cost(plain)
-        ):
-            tell(
-                f"{target.spec}: the search starts from elements with the same names in both drawings: "
-                f"{', '.join(gained)} (names)"
-            )
-            return free
-    return plain
-
-
-def read_start(job: Job) -> Fit:
-    """Return the map that a job continues from.
-
-    Raises:
-        InputError: the file cannot be read, the map is not of the balanced method, or the job cannot use such a map.
-    """
-    from ...maps.triangulated.map import TriangulatedMap
-    from ...result import load
-
-    if job.several or not job.exact:
-        needed = f"--parts {job.parts}" if job.exact else "--method balanced"
-        raise InputError(
-            f"--start: only works with one balanced map, {'not with' if job.exact else 'so add'} {needed}"
-        )
-    files.open_input(job.start or "")
-    fit = load(job.start or "")
-    if not isinstance(fit.map, TriangulatedMap):
-        raise InputError(f"{job.start}: not a balanced map, so --start cannot continue from it")
-    return fit
-
-
-def go_on(
-    start: Fit,
-    source: Shape,
-    target: Shape | None,
-    arguments: dict[str, Any],
-    *,
-    holed: bool,
-    tell: Callable[[str], None],
-) -> Fit:
-    """Solve as in `solve`, starting from an earlier map; if a new map is `better`, return that with a note.
-
-    A map of exactly the same shapes is returned unchanged.
-    """
-    free = not any(arguments.get(name) is not None for name in CONSTRAINTS)
-    if target is not None and start.target is not None and free:
-        earlier = [start.source, *start.source_holes], [start.target, *start.target_holes]
-        if all(
-            _is_same([shape.curve, *(Curve(shape.holes[k]) for k in shape.mappable_holes if holed)], rings)
-            for shape, rings in zip((source, target), earlier)
-        ):
-            return start
-    continued = None
-    with suppress(NoMapError, InputError):
-        if start.details.filled is None and (not holed or _have_holes(start, source, target)):
-            continued = solve(source, target, arguments | {"start": start.map}, holed=holed, tell=tell)
-    best = better(start, continued, lambda: solve(source, target, arguments, holed=holed, tell=tell))
-    if best is not continued:
-        tell(
-            f"{(target or source).spec}: the shapes differ too much from those of the earlier map, so a "
-            "new one is computed"
-        )
-    return best
-
-
-def better(start: Fit, continued: Fit | None, anew: Callable[[], Fit]) -> Fit:
-    """Return the map that was continued from another, or a new one if that is better.
-
-    Args:
-        start: the earlier map.
-        continued: the map continued from it; None if that failed.
-        anew: computes a map of the same shapes from scratch. It is called if the continued map costs more than
-            `MOST_COST_RATIO` times as much as the earlier one, or if protrusions have merged or separated. Its map is
-            returned if it costs less: by that factor in the first case, by any amount in the second.
-    """
-    if continued is None or not continued.status.ok:
-        return anew()
-    outlines = (start.source, continued.source), (start.target, continued.target)
-    ratio = 1.0 if any(a and b and is_reshaped(a, b) for a, b in outlines) else MOST_COST_RATIO
-    if ratio > 1 and _cost(continued) <= ratio * _cost(start):
-        return continued
-    new = anew()
-    return new if new.status.ok and _cost(continued) > ratio * _cost(new) else continued
-
-
-def _have_holes(start: Fit, source: Shape, target: Shape | None) -> bool:
-    """Return whether shapes have the same numbers of holes as the shapes of a map."""
-    sides = zip((source, target), (start.source_holes, start.target_holes))
-    return all(len(shape.mappable_holes) == len(holes) for shape, holes in sides if shape)
-
-
-def _is_same(outlines: list[Curve], rings: list[Curve]) -> bool:
-    """Return whether outlines are the same up to rounding and the choice of the first vertex, in the same order."""
-    return len(outlines) == len(rings) and all(
-        a.z.size == b.z.size and b.distances(a.z).max() <= SAME_OUTLINE_SHARE * a.diagonal
-        for a, b in zip(outlines, rings)
-    )
-
-
-def _cost(fit: Fit) -> float:
-    """Return the cost of a map, without that of its rotation; see `drawings.cost`."""
-    from ...drawings.cost import Cost
-
-    coverage = fit.coverage
-    if coverage.seen is not None:
-        return coverage.seen.total
-    energies = fit.distortion.energies()["total"]
-    energy = float(np.average(energies, weights=fit.distortion.area))
-    return Cost(energy, coverage.left_out, coverage.uncovered).total
 
 
 def check_inside(shape: Shape, kind: str, points: list[complex]) -> None:

@@ -33,6 +33,8 @@ def check(name: str, *, overlay: bool = False) -> None:
         return
     if is_picture(name):
         raise InputError(f"{name}: a picture of a flattening shows an overlay; name one with --overlay FILE")
+    if formats.of(name).mesh and not formats.of(name).flat:
+        formats.check(name, "uv", formats.why_no_coordinates(name))
     if not formats.of(name).flat:
         raise InputError(
             f"{name}: a flattening is written as .svg or .dxf (outline) or .obj (flat mesh); use --uv for meshes "
@@ -43,6 +45,11 @@ def check(name: str, *, overlay: bool = False) -> None:
 def is_picture(name: str) -> bool:
     """Return whether an output is a picture, which shows an overlay."""
     return formats.of(name).picture is not None
+
+
+def is_flat_mesh(name: str) -> bool:
+    """Return whether an output is a flat mesh, and not the mesh with texture coordinates or a drawing."""
+    return formats.suffix_of(name) == ".obj"
 
 
 def write(shape: MeshShape, out: Path, millimetres: float | None) -> None:
@@ -60,15 +67,15 @@ def write(shape: MeshShape, out: Path, millimetres: float | None) -> None:
     out.write_text(svg(shape, millimetres) if suffix == ".svg" else flat_obj(shape), encoding="utf-8")
 
 
-def dxf_lines(shape: MeshShape, millimetres: float) -> list[new_dxf.Line]:
+def dxf_lines(shape: MeshShape, millimetres: float) -> list[new_dxf.WrittenPath]:
     """Return the outlines and the holes in millimetres, on layers of these names."""
     outlines, holes = _loops(shape)
     rings = [(z, "outline") for z in outlines] + [(z, "holes") for z in holes]
-    lines = list[new_dxf.Line]()
+    lines = list[new_dxf.WrittenPath]()
     for z, layer in rings:
         points = (millimetres * np.append(z, z[:1])).tolist()
         pieces = list[Piece](Bezier(side) for side in pairwise(points))
-        lines.append(new_dxf.Line(PenPath(points[0], pieces, True), layer))
+        lines.append(new_dxf.WrittenPath(PenPath(points[0], pieces, True), layer))
     return lines
 
 

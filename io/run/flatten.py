@@ -11,12 +11,13 @@ from ...arrays import complex_of
 from ...errors import InputError
 from ...flattening import METHODS
 from ...flattening.opening import concave, not_convex
-from ...flattening.segmentation import MAX_DISTORTION, Charts
+from ...flattening.segmentation import Charts
 from ...meshes import layout
-from ...meshes.flatten import overlap
+from ...meshes.flatten import chart_figures, overlap
 from ...options import Options
+from ...pixels.sampler import Sampler
 from ...plane import longer_side
-from ...surfaces.as_written import Written
+from ...surfaces.as_written import WrittenCoordinates
 from .. import files, formats, references
 from ..lengths import MILLIMETRES
 from ..materials.carried_maps import CarriedMaps
@@ -28,7 +29,7 @@ from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.split_rims import missed
 from ..spec import Spec
-from . import flat_files, overlay_picture, report
+from . import flat_files, overlay_picture, preview, report
 from .job import FlattenJob, Outcome
 from .requirements import Requirement, refuse
 
@@ -37,7 +38,7 @@ IN_MILLIMETRES = (".svg", ".dxf")
 """Suffixes of outputs that have a size in millimetres."""
 
 
-class Layout(NamedTuple):
+class FlatMesh(NamedTuple):
     """A mesh flattened into the plane.
 
     Attributes:
@@ -72,12 +73,12 @@ def check(job: FlattenJob) -> None:
     """
     if job.subdivide_rim and goal_of(job) in METHODS:
         raise InputError("--subdivide-rim: needs an outline to follow; name one with --onto")
-    if job.max_distortion != MAX_DISTORTION and (
-        job.charts == "one" or goal_of(job) not in ("balanced", "conformal")
-    ):
+    if job.max_distortion and (job.charts == "one" or goal_of(job) not in ("balanced", "conformal")):
         raise InputError(
             "--max-distortion: only applies to --charts auto with --method balanced or conformal, and not to --onto"
         )
+    if job.seams and (job.no_cut or job.onto):
+        raise InputError(f"--seams: cannot be combined with {'--no-cut' if job.no_cut else '--onto'}")
     for name in job.output:
         flat_files.check(name, overlay=bool(job.overlay))
     pictures = [name for name in job.output if flat_files.is_picture(name)]
@@ -89,9 +90,11 @@ def check(job: FlattenJob) -> None:
             raise InputError(f"--{name}: is for pictures of --overlay in colour; write one with -o FILE.png")
     overlay_picture.check_colormap(job.colormap)
     if job.uv:
-        formats.check(job.uv, "uv", "cannot hold texture coordinates")
+        formats.check(job.uv, "uv", formats.why_no_coordinates(job.uv))
     if job.plot:
         formats.check_plot(job.plot)
+    if job.preview:
+        preview.check(job.preview)
     formats.check_report(job.report)
     files.check_outputs(job.outputs, job.inputs, force=job.force)
 
@@ -126,11 +129,16 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
             margin=None if job.parts == "largest" else job.margin,
             charts=job.charts,
             max_distortion=job.max_distortion,
+            seams=job.seams,
         )
         idle = refuse(job, REQUIREMENTS, job, flat_layout)
         results = write_all(flat_layout, job, stack)
         for remark in results["notes"][len(flat_layout.shape.notes) :]:
             note(remark)
+        for name in filter(flat_files.is_flat_mesh, job.output):
+            note(f"{name}: is the flat mesh; --uv {name} writes the mesh with texture coordinates instead")
+        if job.uv_by_suffix:
+            note(f"{job.uv}: is the mesh with texture coordinates; -o FILE.obj writes the flat mesh instead")
     message = doubt(results)
     if (limit := deadline.current()) and limit.cut:
         message = message or limit.message("flattening it as evenly as possible")
@@ -154,8 +162,9 @@ def lay_out(
     split: bool = False,
     margin: int | None = TEXELS_BETWEEN_CHARTS,
     charts: Charts = "auto",
-    max_distortion: float = MAX_DISTORTION,
-) -> Layout:
+    max_distortion: float | None = None,
+    seams: str | None = None,
+) -> FlatMesh:
     """Return a mesh flattened by a method, or onto an outline.
 
     Args:
@@ -167,17 +176,30 @@ def lay_out(
         margin: distance of the charts of several pieces, in texels of a texture of 1024; None: only the largest piece,
             in one chart.
         charts, max_distortion: see `segmentation.charts_of`.
+        seams: file of seams, see `marked_seams.with_seams`.
 
     Raises:
         InputError: the mesh cannot be flattened, or the method, the file or an outline in it does not exist.
     """
+    cutting = mesh_reading.Cutting(closed=cut)
     if method in METHODS:
         whole = None
         if margin is not None:
             whole = mesh_reading.read_whole(
-                mesh, cut=cut, method=method, margin=margin, charts=charts, max_distortion=max_distortion
+                mesh,
+                cut=cut,
+                method=method,
+                margin=margin,
+                charts=charts,
+                max_distortion=max_distortion,
+                seams=seams,
             )
-        flat_layout = Layout(whole or mesh_reading.read(mesh, cut=cut, method=method, chart=True), {})
+        if whole is None and seams:
+            raise InputError(
+                "--seams: is for whole meshes; leave out --parts largest, --onto and numbers of pieces"
+            )
+        shape = whole or mesh_reading.read(mesh, cutting=cutting, method=method, purpose="texture")
+        flat_layout = FlatMesh(shape, {})
     else:
         path = Spec.of(method).path
         if not path.is_file():
@@ -187,8 +209,8 @@ def lay_out(
         if formats.of(path).mesh:
             raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture with an outline")
         outline = planar.read(method)
-        shape = mesh_reading.read(mesh, cut=cut)
-        flat_layout = Layout(
+        shape = mesh_reading.read(mesh, cutting=cutting)
+        flat_layout = FlatMesh(
             *onto_outline.lay_onto(shape, outline, tell, Options().tolerance if split else None), outline
         )
     for note in flat_layout.shape.notes:
@@ -196,7 +218,7 @@ def lay_out(
     return flat_layout
 
 
-def figures(flat_layout: Layout, uv: str | None) -> dict[str, Any]:
+def figures(flat_layout: FlatMesh, uv: str | None) -> dict[str, Any]:
     """Return the report: conformal error, area distortion, holes and seam of the written coordinates, in mesh units.
 
     Args:
@@ -208,12 +230,14 @@ def figures(flat_layout: Layout, uv: str | None) -> dict[str, Any]:
     rounded = mesh_files.as_written(flat_files.unit_uvs(shape), uv or "flat.obj")
     written = replace(shape.flattening, flat=low + longer_side(low, high) * complex_of(rounded))
     entries, patch = written.report(), written.patch
-    turned_over, concave_count = layout.turned_over(rounded[patch.faces]), concave(rounded, patch)
-    fault = overlap(written)
+    turned_over = layout.turned_over(rounded[patch.faces], patch.points[patch.faces])
+    concave_count = concave(rounded, patch)
+    # not of the rounded coordinates: sides that meet, as in nets, cross by a rounding error, which is not seen
+    fault = overlap(shape.flattening)
     loops = list(shape.flattening.outer_loops) if shape.packed else shape.flattening.patch.loops
     notes = [*shape.notes, *([f"{shape.spec}: {not_convex(concave_count)}"] if concave_count else [])]
     if outline is not None:
-        as_map = Written.of(written.flat, written, outline.curve).report()
+        as_map = WrittenCoordinates.of(written.flat, written, outline.curve).report()
         entries |= {key: as_map[key] for key in ("stretch", "scale")}
         entries["boundary"] = flat_layout.figures["boundary"] | as_map["boundary"]
         notes += missed(entries["boundary"], Options().tolerance, "rim_vertices" in flat_layout.figures)
@@ -229,6 +253,7 @@ def figures(flat_layout: Layout, uv: str | None) -> dict[str, Any]:
         **entries,
         "uv": turned_over,
         "concave_polygons": concave_count,
+        "each_chart": chart_figures(shape.flattening),
         "box": [low, high],
         "boundary_loops": [len(loop) for loop in loops],
         "notes": notes,
@@ -246,7 +271,7 @@ def doubt(results: dict[str, Any]) -> str | None:
     return results["overlap"]
 
 
-def write_all(flat_layout: Layout, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
+def write_all(flat_layout: FlatMesh, job: FlattenJob, stack: ExitStack) -> dict[str, Any]:
     """Write every output, and return the figures; the files appear when the stack is closed."""
     uv, force = job.uv, job.force
     shape = flat_layout.shape
@@ -278,12 +303,16 @@ def write_all(flat_layout: Layout, job: FlattenJob, stack: ExitStack) -> dict[st
 
         words = [*summary(results), "", *(f"note: {note}" for note in results["notes"])]
         plots.draw(shape, stack.enter_context(files.replacing(job.plot, force=force)), words)
+    if job.preview:
+        path = stack.enter_context(files.replacing(job.preview, force=force))
+        part, checks = preview.textured(shape)
+        preview.write(path, [part], Sampler(checks), shape.file.mesh.up_axis)
     if job.report:
         report.write(results, job.report, stack, force=force)
     return results
 
 
-def length_of_unit(flat_layout: Layout, unit: str | None) -> tuple[float | None, str]:
+def length_of_unit(flat_layout: FlatMesh, unit: str | None) -> tuple[float | None, str]:
     """Return the length of a unit of the plane in millimetres, and a note if no file states it.
 
     On an outline, the plane is that of the outline's drawing. That of texture coordinates has no length: None.

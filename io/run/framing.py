@@ -77,7 +77,7 @@ def repeats(job: Job) -> bool:
     return job.edge in ("repeat", "mirror")
 
 
-def texture_turn(job: Job) -> complex:
+def texture_rotation(job: Job) -> complex:
     """Return the rotation of the texture about the centre of its box, as a unit complex number."""
     return complex(np.exp(1j * np.radians(job.texture_turn))) if job.texture_turn else 1
 

@@ -26,6 +26,7 @@ from .job import Described, Job, is_mesh
 if TYPE_CHECKING:
     from ...surfaces.inserted import Opening
     from ..shapes.listing import ConstraintsFile
+    from ..shapes.mesh_reading import Aspect, Cutting
 
 
 class Files:
@@ -210,13 +211,14 @@ class Inputs(Files):
 
         return mesh_reading.read(
             text,
+            cutting=self._cutting(source)._replace(
+                pins=self._seam(target), split=not target, opening=None if target else self._seams[1]
+            ),
             opened=self._sound_mesh(text),
-            pins=self._seam(target),
-            split=not target,
-            opening=None if target else self._seams[1],
+            layout=self.job.plane == "uv",
+            aspect=self._aspect(target),
             united=self._names_regions(target),
-            hidden=target and self._hides_plane,
-            **self._lying(target, source),
+            purpose="solver" if target and self._hides_plane else "domain",
         )
 
     def target(self, text: str, source: Shape, *, fills_holes: bool) -> Shape:
@@ -329,7 +331,12 @@ class Inputs(Files):
             from ..shapes import mesh_reading
 
             shapes, beyond = mesh_reading.read_all(
-                text, most, opened=self._sound_mesh(text), **self._lying(target, source)
+                text,
+                most,
+                cutting=self._cutting(source),
+                opened=self._sound_mesh(text),
+                layout=self.job.plane == "uv",
+                aspect=self._aspect(target),
             )
         notes = (
             [f"{text}: ignored {beyond} shapes, because only the {most} largest are mapped"] if beyond else []
@@ -346,28 +353,25 @@ class Inputs(Files):
         opened.check_size(self.job.max_faces)
         return opened
 
-    def _lying(self, target: bool, source: Shape | None) -> dict[str, Any]:
-        """Return how meshes are flattened: whether they may be cut, the plane to use, and the proportions of their
-        pictures.
-        """
+    def _cutting(self, source: Shape | None) -> Cutting:
+        """Return whether a mesh may be cut, without the places of the cut."""
+        from ..shapes.mesh_reading import Cutting
+
         job = self.job
-        aspect: Any = None
-        if target and job.size and len(job.size) == 2 and FREE_SIDE not in job.size:
-            aspect = job.size[0] / job.size[1]
-        elif target or not job.texture:
-            aspect = _first_proportions
-        else:
-            aspect = _first_proportions([Path(job.texture)])
-        joins = source is not None and not source.holes
         # meshes mapped by landmarks, or onto another mesh, keep their boundary unless a cut is requested
-        bound = job.has_pins or job.start or self._both_meshes
-        return {
-            "cut": not job.no_cut,
-            "cut_open": job.cut_open or not bound,
-            "layout": job.plane == "uv",
-            "aspect": aspect,
-            "joins": joins,
-        }
+        keeps_boundary = job.has_pins or job.start or self._both_meshes
+        return Cutting(
+            closed=not job.no_cut,
+            open=job.cut_open or not keeps_boundary,
+            joins=source is not None and not source.holes,
+        )
+
+    def _aspect(self, target: bool) -> Aspect | None:
+        """Return the proportions of the pictures on a mesh's texture coordinates, or a function that finds them."""
+        job = self.job
+        if target and job.size and len(job.size) == 2 and FREE_SIDE not in job.size:
+            return job.size[0] / job.size[1]
+        return _first_proportions if target or not job.texture else _first_proportions([Path(job.texture)])
 
     @property
     def _hides_plane(self) -> bool:

@@ -23,7 +23,7 @@ from ..options import (
 )
 from ..spec import is_generated, path_of
 
-WRITTEN = ("report", "plot", "stmap")
+WRITTEN = ("report", "plot", "preview", "compare", "stmap")
 """Fields that name an output file, besides `output`."""
 STEM = "{stem}"
 """Placeholder in the name of a picture for the stem of its texture's name."""
@@ -349,10 +349,11 @@ class FlattenJob(Described, FlattenOptions):
     command = "flatten"
     rows: ClassVar = {"mesh": (str, None), **of_command("flatten", FlattenOptions, JobOptions)}
     globbed = ("mesh",)
-    read = ("method", "onto", "overlay")
-    written = ("uv", "report", "plot")
+    read = ("method", "onto", "overlay", "seams")
+    written = ("uv", "report", "plot", "preview")
     templated = ("output", *written, *read)
     mesh: str
+    uv_by_suffix: ClassVar[bool] = False  # whether `uv` was given by -o
 
     def __init__(self, **values: Any):
         super().__init__(**values)
@@ -365,6 +366,7 @@ class FlattenJob(Described, FlattenOptions):
         ]
         if able and not self.uv:
             vars(self).update(uv=able[0], output=tuple(name for name in self.output if name != able[0]))
+            vars(self)["uv_by_suffix"] = True
 
     @classmethod
     def names_file(cls, key: str, value: str) -> bool:
@@ -391,6 +393,7 @@ class RelayoutJob(Textured, RelayoutOptions):
     new: str
     filter: str
     max_pixels: int
+    overlap: str
 
 
 Kind = TypeVar("Kind", bound=Described)

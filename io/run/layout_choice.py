@@ -12,16 +12,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from ...errors import InputError
 from ...maps.extended_inverse import ExtendedInverse
-from ...surfaces.as_written import Written
+from ...surfaces.as_written import WrittenCoordinates
 from ..shapes.mesh_shape import as_mesh
+from ..shapes.shape import Shape
 from .outputs.new_uvs import pull_back
 from .state import Run
 
 GOOD_STRETCH = 1.5
 """Cost of an outline's map below which the charts are not packed inside the picture: a map of that cost looks even,
 and shows the whole picture."""
+BARE_BOX_SHARE = 0.02
+"""Share of its box that a photo may leave out, as at rounded corners."""
 WORTHWHILE_DECREASE_SHARE = 0.05
 """Share of its cost by which a layout must be better to be taken: less is hardly visible."""
 
@@ -30,24 +35,30 @@ def cost_of(run: Run) -> float:
     """Return the cost of a map onto a mesh."""
     layout, map = as_mesh(run.target).flattening, run.fit.map
     z = pull_back(map, ExtendedInverse(map, run.threads), layout)
-    return Written.of(z, layout, run.source.curve).distortion.stretch_p95
+    return WrittenCoordinates.of(z, layout, run.source.curve).distortion.stretch_p95
 
 
 def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
     """Lay the charts of the target out inside the picture where that costs less than the map that was found.
 
-    Nothing changes for meshes that are not cut, or cut through landmarks, where holes are mapped onto holes, nor with
-    options for the map of an outline.
+    Nothing changes for meshes that are cut through landmarks, where holes are mapped onto holes, or with options for
+    the map of an outline; and for meshes that are not cut, if the source has an outline and is not a full rectangle.
+    With --place slice the charts are packed inside the picture, whatever that costs.
 
     Args:
         run: the job, solved.
         solve: solves such a job; raises an InputError where there is no map.
     """
-    if not _has_choice(run) or (cost := cost_of(run)) <= GOOD_STRETCH:
+    if not _has_choice(run):
+        return
+    cost = np.inf if run.job.place == "slice" else cost_of(run)
+    if cost <= GOOD_STRETCH:
         return
     try:
         target = run.inputs.layout_inside(run.job.target or "", run.source)
     except InputError:
+        if run.job.place == "slice":
+            raise
         return
     if target is None:
         return
@@ -59,11 +70,14 @@ def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
     cost_of_layout = cost_of(trial)
     if cost_of_layout < (1 - WORTHWHILE_DECREASE_SHARE) * cost:
         run.pairs, run.fits = trial.pairs, trial.fits
+        if run.job.place == "slice":
+            return
         edges = len(as_mesh(target).flattening.patch.seam)
         run.note(
-            f"{target.spec}: cut along {edges} edges instead and packed inside the picture at one scale, since the "
-            "map of its outline would stretch the picture more: on 5 % of the surface, lengths would change by a "
-            f"factor of more than {cost:.3g} instead of {cost_of_layout:.3g}; --parts largest maps the outline"
+            f"{target.spec}: {f'cut along {edges} edges instead and ' if edges else ''}packed inside the picture at "
+            "one scale, since the map of its outline would stretch the picture more: on 5 % of the surface, lengths "
+            f"would change by a factor of more than {cost:.3g} instead of {cost_of_layout:.3g}; --parts largest maps "
+            "the outline"
         )
 
 
@@ -79,5 +93,12 @@ def _has_choice(run: Run) -> bool:
         and not target.is_layout
         and len(run.fits) == 1
         and not run.fit.source_holes
-        and len(target.flattening.patch.seam) > 0
+        and (len(target.flattening.patch.seam) > 0 or _fills_box(run.source) or job.place == "slice")
     )
+
+
+def _fills_box(source: Shape) -> bool:
+    """Return whether a shape is all of its box, as a photo is."""
+    low, high = source.curve.box
+    box_area = (high - low).real * (high - low).imag
+    return not source.holes and source.curve.area >= (1 - BARE_BOX_SHARE) * box_area

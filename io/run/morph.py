@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from PIL import Image
@@ -29,10 +31,10 @@ from ..spec import Spec
 from ..svg.document import SUFFIXES
 from . import flat_colours, framing
 from .between import SOURCE, TARGET, MorphPath
-from .execute import Settings, note_maps, solve_pairs
 from .flat_colours import paint
 from .inputs import Inputs
 from .job import Job
+from .maps import Settings, note_maps, solve_pairs
 from .outputs.artwork import Artwork
 from .outputs.output import Output
 from .outputs.picture import Picture, displayed
@@ -45,6 +47,7 @@ from .texture import is_own_picture
 NUMBER = "{number}"
 LOTTIE = ".json"
 """Suffix of Lottie animations."""
+T = TypeVar("T")
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
 
 
@@ -56,15 +59,28 @@ class MorphSettings:
         frames: number of frames, including the source and the target.
         target_texture: the target's picture, to which the texture fades.
         fps: frames per second of animations.
+        back_and_forth: whether animations also run back to the source.
     """
 
     frames: int = 24
     target_texture: str | None = None
     fps: float = 12.0
+    back_and_forth: bool = False
+
+    def ordered(self, frames: Sequence[T], *, is_closed: bool = False) -> list[T]:
+        """Return frames in the order in which an animation shows them in a loop.
+
+        Args:
+            frames: what is shown, one value for each frame.
+            is_closed: whether the way back ends with the first frame, because players interpolate between frames.
+        """
+        if not self.back_and_forth:
+            return list(frames)
+        return [*frames, *frames[-2:0:-1], *(frames[:1] if is_closed else ())]
 
 
 @dataclass(frozen=True)
-class Frame:
+class MorphFrame:
     """An intermediate frame.
 
     Attributes:
@@ -174,13 +190,13 @@ def run(
                 with phases.timed("resample"):
                     if isinstance(output, Artwork) and NUMBER not in name:
                         if formats.suffix_of(name) == LOTTIE:
-                            run.note(*_animate_lottie(output, frames, settings.fps, paths[0]))
+                            run.note(*_animate_lottie(output, frames, settings, paths[0]))
                         elif frames[0].layers:
-                            _animate_areas(name, frames, settings.fps, paths[0])
+                            _animate_areas(name, frames, settings, paths[0])
                         else:
-                            run.note(*_animate_drawing(run, output, frames, settings.fps, paths[0]))
+                            run.note(*_animate_drawing(run, output, frames, settings, paths[0]))
                     elif NUMBER not in name:
-                        _animate(frames, settings.fps, paths[0], formats.suffix_of(name))
+                        _animate(frames, settings, paths[0], formats.suffix_of(name))
                     elif isinstance(output, Artwork):
                         _write_drawings(run, output, frames, paths)
                         if _differs_at_the_end(run, frames):
@@ -303,14 +319,11 @@ def _check(run: Run, outputs: Sequence[Output | None], frames: int) -> None:
     run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
 
 
-def _frames(run: Run, settings: MorphSettings) -> Iterator[Frame]:
+def _frames(run: Run, settings: MorphSettings) -> Iterator[MorphFrame]:
     """Yield the frames, the first with the source on the target's canvas, all in the same box."""
     source_box = framing.picture_box(run.job, run.source)
     target_box = framing.picture_box(run.job, run.target)
-    factor = min(
-        (_size(target_box).real / _size(source_box).real), (_size(target_box).imag / _size(source_box).imag)
-    )
-    shift = sum(target_box) / 2 - factor * sum(source_box) / 2
+    factor, shift = _onto_canvas(source_box, target_box)
     shares = np.linspace(0, 1, settings.frames).tolist()
     filled = run.job.holes == "fill"
     paths = [
@@ -320,40 +333,52 @@ def _frames(run: Run, settings: MorphSettings) -> Iterator[Frame]:
     corners = [np.array([factor * w + shift for w in source_box] + list(target_box))]
     corners += [map.image for path in paths for map in path.maps]
     box = bounding_box(np.concatenate(corners))
-    job = run.job.model_copy(update={"target_box": "viewbox"})
-    source = replace(run, job=job)
+    source = replace(run, job=run.job.model_copy(update={"target_box": "viewbox"}))
     target = _of_target(source, settings, paths, box)
     plain = all(path.is_plain for path in paths)
+    textures_cover_all = target is None or settings.target_texture
     flat, is_target = _flat_layers(run, settings, paths)
+    everything: list[Drawing | None] = [None] * len(paths)
     for number, share in enumerate(shares):
-
-        def layer(base: Run, picture: int, painted: Sequence[Drawing | None], *, number: int = number) -> Run:
-            layers = [
-                path.layer(number, box, picture=picture, painted=limit) for path, limit in zip(paths, painted)
-            ]
-            return base.with_maps([pair for pair, _ in layers], [fit for _, fit in layers])
-
-        everything: list[Drawing | None] = [None] * len(paths)
+        layer = partial(_layer, paths, number, box)
         if flat is not None:
-            yield Frame(share, None, None, layer(source, SOURCE, everything), layers=flat(number))
+            artwork = layer(source, SOURCE, everything)
+            yield MorphFrame(share, None, None, artwork, layers=flat(number))
             continue
+        limits: Sequence[Drawing | None] = everything
+        if not plain:
+            painted = [path.painted(number) for path in paths]
+            moved = tuple([path.moved(number, side) for path in paths] for side in (SOURCE, TARGET))
+            limits = painted if textures_cover_all else everything
+        ahead = layer(source, SOURCE, limits) if share < 1 or target is None else None
+        back = layer(target, TARGET, limits) if share > 0 and target is not None else None
         if plain:
-            ahead = layer(source, SOURCE, everything) if share < 1 or target is None else None
-            back = layer(target, TARGET, everything) if share > 0 and target is not None else None
-            yield Frame(share, ahead, back, layer(source, SOURCE, everything), is_target=is_target)
+            artwork = layer(source, SOURCE, everything)
+            yield MorphFrame(share, ahead, back, artwork, is_target=is_target)
             continue
-        painted = [path.painted(number) for path in paths]
-        moved = tuple([path.moved(number, side) for path in paths] for side in (SOURCE, TARGET))
-        artwork = layer(source, SOURCE, moved[TARGET])
-        if target is None or settings.target_texture:  # the textures cover everything
-            ahead = layer(source, SOURCE, painted) if share < 1 or target is None else None
-            back = layer(target, TARGET, painted) if share > 0 and target is not None else None
-            yield Frame(share, ahead, back, artwork, painted)
-            continue
-        ahead = layer(source, SOURCE, everything) if share < 1 else None
-        back = layer(target, TARGET, everything) if share > 0 else None
-        mixed = moved if ahead is not None and back is not None else ()
-        yield Frame(share, ahead, back, artwork, painted, mixed)
+        shows_both = ahead is not None and back is not None
+        mixed = moved if shows_both and not textures_cover_all else ()
+        yield MorphFrame(share, ahead, back, layer(source, SOURCE, moved[TARGET]), painted, mixed)
+
+
+def _onto_canvas(source_box: Box, target_box: Box) -> tuple[float, complex]:
+    """Return the factor and shift that move the source's box to the middle of the target's, as large as fits."""
+    source_size, target_size = _size(source_box), _size(target_box)
+    factor = min(target_size.real / source_size.real, target_size.imag / source_size.imag)
+    return factor, sum(target_box) / 2 - factor * sum(source_box) / 2
+
+
+def _layer(
+    paths: Sequence[MorphPath],
+    number: int,
+    box: Box,
+    base: Run,
+    picture: int,
+    limits: Sequence[Drawing | None],
+) -> Run:
+    """Return a run that shows one of the pictures in a frame, within a drawing for each path; None: everything."""
+    layers = [path.layer(number, box, picture=picture, painted=limit) for path, limit in zip(paths, limits)]
+    return base.with_maps([pair for pair, _ in layers], [fit for _, fit in layers])
 
 
 def _of_target(source: Run, settings: MorphSettings, paths: Sequence[MorphPath], box: Box) -> Run | None:
@@ -394,7 +419,7 @@ def _painted_share(drawings: Sequence[Drawing], canvas: Canvas) -> Real:
 
 
 def _animate_drawing(
-    run: Run, output: Artwork, frames: Sequence[Frame], fps: float, path: Path
+    run: Run, output: Artwork, frames: Sequence[MorphFrame], settings: MorphSettings, path: Path
 ) -> tuple[str, ...]:
     """Write an animated SVG of all frames, and return notes.
 
@@ -411,11 +436,16 @@ def _animate_drawing(
         if ending is not None:
             _write_target(run, frames[-1].artwork, ending)
         return animation.write(
-            single, path, fps, ending=ending, by_css=output.name.endswith(animation.CSS_SUFFIX)
+            settings.ordered(single, is_closed=True),
+            path,
+            settings.fps,
+            ending=ending,
+            ends_halfway=settings.back_and_forth,
+            by_css=output.name.endswith(animation.CSS_SUFFIX),
         )
 
 
-def _animate_areas(name: str, frames: Sequence[Frame], fps: float, path: Path) -> None:
+def _animate_areas(name: str, frames: Sequence[MorphFrame], settings: MorphSettings, path: Path) -> None:
     """Write an animated SVG of frames of flat colours, each with the areas that it paints."""
     from ..artwork import animation, areas
 
@@ -423,8 +453,13 @@ def _animate_areas(name: str, frames: Sequence[Frame], fps: float, path: Path) -
         single = [folder / f"{number}.svg" for number in range(len(frames))]
         for frame, file in zip(frames, single):
             areas.write(frame.layers, _canvas(frame.artwork), file)
+        moving = _move(frames)
         animation.write(
-            single, path, fps, by_css=name.endswith(animation.CSS_SUFFIX), stepped=not _move(frames)
+            settings.ordered(single, is_closed=moving),
+            path,
+            settings.fps,
+            by_css=name.endswith(animation.CSS_SUFFIX),
+            stepped=not moving,
         )
 
 
@@ -463,12 +498,12 @@ def _flat_layers(
     ], True
 
 
-def _move(frames: Sequence[Frame]) -> bool:
+def _move(frames: Sequence[MorphFrame]) -> bool:
     """Return whether the layers of frames have the same numbers of vertices, so that players can move them."""
     return len({tuple(ring.size for layer in frame.layers for ring in layer.rings) for frame in frames}) == 1
 
 
-def _write_drawings(run: Run, output: Artwork, frames: Sequence[Frame], paths: Sequence[Path]) -> None:
+def _write_drawings(run: Run, output: Artwork, frames: Sequence[MorphFrame], paths: Sequence[Path]) -> None:
     """Write a drawing for each frame."""
     from ..artwork import areas
 
@@ -488,7 +523,7 @@ def _canvas(run: Run) -> Shape:
     return replace(run.target, box=framing.picture_box(run.job, run.target))
 
 
-def _differs_at_the_end(run: Run, frames: Sequence[Frame]) -> bool:
+def _differs_at_the_end(run: Run, frames: Sequence[MorphFrame]) -> bool:
     """Return whether the source mapped onto the target is not the target, since parts vanish or colours differ."""
     is_drawing = formats.suffix_of(run.target.path) in SUFFIXES
     if frames[-1].layers:
@@ -520,17 +555,19 @@ def _identity(vertices: Complex, faces: Index, loops: tuple[Index, ...]) -> Tria
     return TriangulatedMap(vertices, vertices, faces, loops)
 
 
-def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: Path) -> tuple[str, ...]:
+def _animate_lottie(
+    output: Artwork, frames: Sequence[MorphFrame], settings: MorphSettings, path: Path
+) -> tuple[str, ...]:
     """Write a Lottie animation of all frames, and return notes."""
     from ..artwork import lottie
     from .outputs.artwork import painted_rings
 
     if frames[0].layers:
         lottie.write_areas(
-            [frame.layers for frame in frames],
+            [frame.layers for frame in settings.ordered(frames)],
             _canvas(frames[0].artwork).box,
             path,
-            fps,
+            settings.fps,
             stepped=not _move(frames),
         )
         return ()
@@ -538,19 +575,25 @@ def _animate_lottie(output: Artwork, frames: Sequence[Frame], fps: float, path: 
         single = [folder / f"{number}.svg" for number in range(len(frames))]
         output.write_frames([(frame.artwork, file, 1.0) for frame, file in zip(frames, single)])
         painted = [painted_rings(frame.artwork.fits) for frame in frames]
-        return lottie.write(single, path, fps, painted if all(painted) else ())
+        return lottie.write(
+            settings.ordered(single),
+            path,
+            settings.fps,
+            settings.ordered(painted) if all(painted) else (),
+            settings.ordered([frame.share for frame in frames]),
+        )
 
 
-def _animate(frames: list[Frame], fps: float, path: Path, suffix: str) -> None:
+def _animate(frames: list[MorphFrame], settings: MorphSettings, path: Path, suffix: str) -> None:
     """Write one file that shows all frames in a loop."""
-    pictures = [Image.fromarray(frame.pixels()) for frame in frames]
+    pictures = settings.ordered([Image.fromarray(frame.pixels()) for frame in frames])
     format_options = {"lossless": True} if suffix == ".webp" else {"disposal": 2 if suffix == ".gif" else 1}
     pictures[0].save(
         path,
         ANIMATED[suffix],
         save_all=True,
         append_images=pictures[1:],
-        duration=round(1000 / fps),
+        duration=round(1000 / settings.fps),
         loop=0,
         **format_options,
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...arrays import Complex
+from ...arrays import Complex, Index
 from ...errors import InputError, first_names
 from .. import formats, limits
 from ..spec import Spec
@@ -17,6 +17,10 @@ from .job import Job
 from .phases import Doubt
 
 if TYPE_CHECKING:
+    import shapely
+
+    from ...drawings.drawing import Drawing
+    from ...maps.triangulated.map import TriangulatedMap
     from ...pixels.composed import Several
     from ...pixels.preimages import AnyMap
     from ...solve import Fit
@@ -229,6 +233,53 @@ def compose(pairs: Pairs, fits: Sequence[Fit], maps: Sequence[AnyMap]) -> Severa
 
     boxes = [reflected(Curve(fit.image).box, target.mirror) for (_, target), fit in zip(pairs, fits)]
     return Several(maps[::-1], boxes[::-1])
+
+
+def numbers_of_maps(source: Shape, target: Shape, maps: Sequence[TriangulatedMap]) -> list[tuple[int, int]]:
+    """Return the numbers of the parts of both drawings that maps are of: those which their outlines overlap most.
+
+    Raises:
+        InputError: two of the maps are of the same part, or a shape has no parts.
+    """
+    from ...curve import Curve
+
+    sides = []
+    for shape, side in ((source, "source"), (target, "image")):
+        outlines = [Curve(getattr(map, side)[map.loops[0]]).polygon for map in maps]
+        painted = [] if shape.drawing is None else shape.drawing.parts
+        shares = np.array([[_overlap(outline, part) for part in painted] for outline in outlines])
+        sides.append(shares.argmax(axis=1).tolist() if shares.size else [0] * len(maps))
+    if any(len(set(numbers)) < len(maps) for numbers in sides):
+        raise InputError(
+            "start: the triangles do not form a disk, with or without holes, nor maps of the parts of both drawings"
+        )
+    return [*zip(*sides)]
+
+
+def _overlap(outline: shapely.Polygon, part: shapely.Polygon) -> float:
+    """Return the area that two outlines share, relative to that of both together."""
+    import shapely
+
+    filled = shapely.Polygon(part.exterior)
+    return float(outline.intersection(filled).area / outline.union(filled).area)
+
+
+def drawings_of(
+    source: Shape, target: Shape, numbers: Sequence[tuple[int, int]]
+) -> list[tuple[Drawing, Drawing]]:
+    """Return pairs of parts with these numbers as drawings."""
+    from ...drawings.drawing import Drawing
+
+    assert source.drawing is not None and target.drawing is not None
+    return [(Drawing(source.drawing.parts[i]), Drawing(target.drawing.parts[j])) for i, j in numbers]
+
+
+def pins_in_order(reports: Sequence[dict[str, Any]], numbers: Sequence[Index]) -> list[dict[str, Any]]:
+    """Return the entries of all parts' pins in the order in which they were given; `numbers` are those in each part."""
+    entries = {
+        int(k): entry for report, own in zip(reports, numbers) for k, entry in zip(own, report["pins"])
+    }
+    return [entries[k] for k in sorted(entries)]
 
 
 def figures(pairs: Pairs, reports: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

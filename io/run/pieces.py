@@ -6,12 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ...errors import InputError
-from ...plane import bounding_box
 from ..shapes.mesh_shape import as_mesh
-from .by_position import pins_by_position
+from .by_position import beside, update_extents
 from .constraints import constrain
 from .job import is_mesh
 from .state import Run
@@ -21,14 +18,15 @@ if TYPE_CHECKING:
 
 
 def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
-    """Solve for pairs of pieces again with landmarks: the same vertices of the same topology, or nearby points where a
-    map has drifted.
+    """Solve for pairs of pieces again with the same vertices of the same topology as landmarks.
 
     Args:
         run: the job, solved.
         solve: function that solves a job; it raises an InputError where there is no map.
     """
     for k in range(len(run.pairs)):
+        if any(run.fits[k] is fit for fit in run.known.values()):
+            continue
         trial, remark = _with_landmarks(run, k)
         if trial is None:
             continue
@@ -40,7 +38,7 @@ def add_landmarks(run: Run, solve: Callable[[Run], None]) -> None:
         if not trial.fit.status.ok and not (gap and trial_gap and trial_gap["p95"] < gap["p95"]):
             continue
         run.pairs[k], run.fits[k] = trial.pairs[0], trial.fit
-        _update_extents(run)
+        update_extents(run)
         run.note(f"{run.job.target}: {remark}")
 
 
@@ -55,15 +53,11 @@ def _with_landmarks(run: Run, k: int) -> tuple[Run | None, str]:
     text = f"{len(pins)} vertices are pinned to the same vertices"
     remark = f"#{target.part} has the same topology as {of_source}, so {text}"
     if not pins:
-        pins = pins_by_position(replace(run, job=job, pairs=[(source, target)], fits=[run.fits[k]]))
-        text = f"{len(pins)} of its vertices are pinned to the nearest points"
-        remark = f"#{target.part} lies where {of_source} does, so {text}"
-    if not pins:
         return None, ""
     job = job.model_copy(update={"pin": tuple(pins)})
     inputs = run.inputs.of_job(job)
     trial = Run.read(job, inputs, run.threads, lambda note: None, run.phases)
-    pair = _beside(run, 0, trial.source, source), _beside(run, 1, trial.target, target)
+    pair = _in_place_of(run, 0, trial.source, source), _in_place_of(run, 1, trial.target, target)
     splits = [_is_split(new, old) for new, old in zip(pair, (source, target))]
     if splits[1] or (splits[0] and not all(is_mesh(name) or job.bake for name in job.outputs)):
         return None, ""  # pictures in the target's plane need the file's own triangles
@@ -77,22 +71,7 @@ def _is_split(shape: Shape, original: Shape) -> bool:
     return as_mesh(shape).file.mesh.corners.size != as_mesh(original).file.mesh.corners.size
 
 
-def _beside(run: Run, side: int, shape: Shape, replaced: Shape) -> Shape:
-    """Return a piece that was cut differently, beside all others of its side in their plane."""
-    from ..shapes.mesh_parts import move_beside
-
-    shifted = move_beside(as_mesh(shape), [piece.curve.box for piece in run.shapes(side)])
-    shifted = replace(
-        shifted, spec=replaced.spec, part=replaced.part, names=replaced.names, notes=replaced.notes
-    )
+def _in_place_of(run: Run, side: int, shape: Shape, replaced: Shape) -> Shape:
+    """Return a piece that was cut differently in place of another, with the triangles of the file where it has them."""
+    shifted = beside(run, side, as_mesh(shape), as_mesh(replaced))
     return shifted if _is_split(shifted, replaced) else replace(shifted, file=as_mesh(replaced).file)
-
-
-def _update_extents(run: Run) -> None:
-    """Set the extents of all pieces to the box of all of their side."""
-    sides = []
-    for side in (0, 1):
-        shapes = [pair[side] for pair in run.pairs]
-        extent = bounding_box(np.array([shape.curve.box for shape in shapes]))
-        sides.append([replace(shape, extent=extent, box=extent) for shape in shapes])
-    run.pairs = [*zip(*sides)]

@@ -12,19 +12,19 @@ from numpy.typing import NDArray
 
 from ...arrays import Complex, xy_of
 from ...maps.approximation import AnyMap
-from ...maps.extended_inverse import ExtendedInverse
 from ...maps.figure import grid, write_words
 from ...meshes.render import render
-from ...pixels.checkerboard import checkerboard
 from ...pixels.sampler import Sampler
 from ...pixels.warp import Texture
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
-from .framing import square
+from .preview import textured
 
 INK, ACROSS, UP, EDGE, MARK = "#22262b", "#2a78b8", "#d1662b", "#c6ccd2", "#b0122f"
 MOST_EDGES = 20000  # edges of a mesh are drawn up to this number: more would fill the plot
 LONGER_SIDE_PIXELS = 900  # of the rendered surface
+MOST_DILATATION = 2.0  # at the end of the colours of a layout: checks that are twice as long as wide
+HEAT_COLORMAP = "YlOrRd"
 PANEL_CHARACTERS, PANEL_LINES = (
     150,
     10,
@@ -56,6 +56,8 @@ def draw(
     places = [["flat", "surface"], ["words", "words"]]
     panels = figure.subplot_mosaic(places, height_ratios=(4, 1))  # type: ignore[arg-type]
     left, right = panels["flat"], panels["surface"]
+    if map is None:
+        _heat(figure, left, target)
     _flat(left, target, map)
     if pins is not None and len(pins):
         _pins(left, map, np.reshape(pins, (-1, 2)))
@@ -83,21 +85,25 @@ def surface(
     size: int = LONGER_SIDE_PIXELS,
 ) -> NDArray[np.uint8]:
     """Return (h, w, 4) a picture of the textured surface, or of a checkerboard if there is no texture."""
-    piece = target.flattening.patch
-    z = target.flattening.flat if map is None else ExtendedInverse(map)(target.flattening.flat)
-    if texture is None:
-        box = target.box if map is None or source is None else source.box
-        texture = Texture(checkerboard(1024), square(box))
-        source = None
-    place = (source if source is not None else target_plane(target)).placing(texture)
-    still = np.zeros(z.size, complex)
-    uv = place.places(z, still, still).xy[piece.faces]
-    return render(piece.points, piece.faces, uv, Sampler(texture), size)
+    (points, faces, uv), placed = textured(target, map, source, texture)
+    return render(points, faces, uv, Sampler(placed), size)
 
 
-def target_plane(target: MeshShape) -> Shape:
-    """Return the target's plane as a plain shape."""
-    return Shape(target.spec, target.path, target.curve, target.box, False, {}, {})
+def _heat(figure: Figure, axes: Axes, target: MeshShape) -> None:
+    """Colour the triangles of a layout by their dilatation, with a legend."""
+    flat, faces = target.flattening.flat, target.flattening.patch.faces
+    ramp = np.round(255 * mpl.colormaps[HEAT_COLORMAP](np.linspace(0, 1, 256))[:, :3]).astype(np.uint8)
+    share = (np.minimum(target.flattening.dilatation, MOST_DILATATION) - 1) / (MOST_DILATATION - 1)
+    places = np.stack([255 * share + 0.5, np.full(share.size, 0.5)], axis=1)
+    uv = np.repeat(places[:, None], 3, axis=1)
+    colours = Sampler(Texture(ramp[None], (0j, 1 + 1j)), "nearest", "data")
+    xyz = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
+    pixels = render(xyz, faces, uv, colours, LONGER_SIDE_PIXELS, np.eye(3), shaded=False)
+    low, high = xyz.min(axis=0), xyz.max(axis=0)
+    axes.imshow(pixels, extent=(low[0], high[0], low[1], high[1]))
+    scale = mpl.cm.ScalarMappable(mpl.colors.Normalize(1, MOST_DILATATION), HEAT_COLORMAP)
+    bar = figure.colorbar(scale, ax=axes, shrink=0.6, extend="max")
+    bar.set_label("dilatation (1: angles are kept)", color=INK, fontsize=9)
 
 
 def _flat(axes: Axes, target: MeshShape, map: AnyMap | None) -> None:

@@ -8,7 +8,7 @@ from collections import Counter
 from ...errors import InputError
 from .. import limits
 from ..geometry import document
-from ..geometry.document import Document
+from ..geometry.document import GeometryDocument
 from ..shapes.landmarks import Axes, LandmarkPairs
 
 
@@ -55,7 +55,7 @@ def read_pairs(source: str, target: str) -> LandmarkPairs:
     )
 
 
-def _named(file: Document, name: str) -> list[tuple[str, complex]]:
+def _named(file: GeometryDocument, name: str) -> list[tuple[str, complex]]:
     """Return the points of a file, each with its name or an empty string.
 
     Raises:
@@ -79,5 +79,5 @@ def _check_names(file: str, names: list[str], other_names: list[str]) -> None:
         raise InputError(f"{file}: has more than one point named {', '.join(repeated[:12])}")
 
 
-def _axes(file: Document) -> Axes:
+def _axes(file: GeometryDocument) -> Axes:
     return "lower-edge" if file.upward else "image"

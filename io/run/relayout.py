@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import __version__
 from ...arrays import Real
 from ...errors import InputError
 from ...meshes.charted import Charted
+from ...meshes.layout import CONFLICTING_SHARE, is_stacked
 from ...meshes.mesh import check
 from ...meshes.relayout import (
     COLOUR_TEXELS_ACROSS,
@@ -31,6 +31,7 @@ from .. import files, formats, references
 from ..materials import relaid, written
 from ..materials.carried import BakeSettings
 from ..meshes import mesh_files
+from ..meshes.gltf_format import with_new_layout
 from ..meshes.mesh_format import MeshFile
 from ..pictures import image_files, tiles
 from ..spec import Spec
@@ -40,10 +41,6 @@ from .inputs import expand_tiles
 from .job import STEM, Outcome, RelayoutJob, name_each
 
 SCHEMA = "iccm.relayout/1"
-SEEN_BLACK_SHARE = 0.01
-"""Share of a picture: less black outside the charts is not reported."""
-CONFLICTING_SHARE = 1e-3
-"""Share of the covered texels: fewer conflicting ones are at most seams of rounded coordinates."""
 # figures of a layout that are counted separately for each tile
 TEXELS = ("overlapping_texels", "covered_texels")
 _Read = list[MeshFile]  # all geometries of a file
@@ -63,7 +60,7 @@ class CarriedPicture(NamedTuple):
     output: str
 
 
-class Plan(NamedTuple):
+class RelayoutPlan(NamedTuple):
     """The outputs of a job.
 
     Attributes:
@@ -75,7 +72,7 @@ class Plan(NamedTuple):
     mesh: str | None
 
 
-def plan(job: RelayoutJob) -> Plan:
+def plan(job: RelayoutJob) -> RelayoutPlan:
     """Return the outputs of a job: a mesh, and one picture per texture in order, or one name with `{stem}` for all.
 
     Raises:
@@ -90,7 +87,7 @@ def plan(job: RelayoutJob) -> Plan:
     pictures = _pictures(job.maps, picture_names) if picture_names else []
     outputs = [*meshes, *(picture.output for picture in pictures)]
     files.check_outputs(outputs, expand_tiles(job.inputs), force=job.force)
-    return Plan(pictures, meshes[0] if meshes else None)
+    return RelayoutPlan(pictures, meshes[0] if meshes else None)
 
 
 def _pictures(maps: Sequence[tuple[str, str]], outputs: Sequence[str]) -> list[CarriedPicture]:
@@ -212,22 +209,9 @@ class _Pictures:
                     "threads": settings.threads,
                 }
                 pixels = carry(origins[tile], sampler, settings.limit, **options)
-                if image.alpha < 0:
-                    self.cut += _black(name, picture.path, pixels, origins[tile].reached(settings.limit))
                 path = stack.enter_context(files.writing(name, force=self.force))
                 image_files.write(path, image.with_pixels(pixels, image.alpha))
         return [name for names in self.files for name in names.values()], list(origins.values())
-
-
-def _black(name: str, texture: str, pixels: NDArray, reached: NDArray) -> list[str]:
-    """Return a note if much of a picture without alpha is black because it lies outside the charts."""
-    share = (~reached & ~pixels.any(axis=-1)).mean()
-    if share < SEEN_BLACK_SHARE:
-        return []
-    return [
-        f"{name}: {share:.0%} of the picture is black, outside the charts, because {texture} has no alpha channel; "
-        "use --padding -1 to fill it"
-    ]
 
 
 def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
@@ -256,9 +240,12 @@ def run(job: RelayoutJob, *, threads: int | None = None) -> Outcome:
     )
 
 
-def write_all(job: RelayoutJob, outputs: Plan, threads: int | None, stack: ExitStack) -> dict[str, Any]:
+def write_all(
+    job: RelayoutJob, outputs: RelayoutPlan, threads: int | None, stack: ExitStack
+) -> dict[str, Any]:
     """Write the outputs, and return the report; the files appear when the stack is closed."""
     before, after = sources = [mesh_files.read_all(name) for name in (job.old, job.new)]
+    after = sources[1] = [with_new_layout(file, before) for file in after]
     for file in (*before, *after):
         check(file.mesh)
     notes = [f"{file.mesh.name}: {note}" for read in sources for file in read for note in file.notes]
@@ -281,7 +268,7 @@ def write_all(job: RelayoutJob, outputs: Plan, threads: int | None, stack: ExitS
     _demand_partners(origins, job.old, job.new, settings)
     conflicts = [conflict for task in work for conflict in task.conflicts]
     _demand_one_tile(origins, conflicts, job.new)
-    figures = _figures(origins, conflicts, job.limit, diagonal, expand_tiles(job.inputs))
+    figures = _figures(origins, conflicts, job, diagonal)
     notes += _blank(origins, job.new)
     return figures | {"notes": list(dict.fromkeys(notes)), "written": names}
 
@@ -299,7 +286,8 @@ def _doubt(figures: dict[str, Any], job: RelayoutJob) -> str | None:
         share = figures["layout"]["conflicting_texels"] / figures["layout"]["covered_texels"]
         return (
             f"{job.new}: its layout overlaps itself, and on {share:.1%} of it the overlapping triangles show different "
-            "parts of the old texture, so that some of them look wrong; unwrap the mesh without stacked charts"
+            "parts of the old texture, so that some of them look wrong; unwrap the mesh without stacked charts, or say "
+            "with --overlap mirror that they are meant to share their texels"
         )
     return None
 
@@ -383,12 +371,12 @@ def _with_path(path: str, note: str) -> str:
 def _figures(
     origins: Sequence[Origin],
     conflicts: Sequence[Conflicts],
-    limit: float,
+    job: RelayoutJob,
     diagonal: float,
-    inputs: Sequence[str],
 ) -> dict[str, Any]:
     """Return the report; the origins are of one layout, or of several parts of it."""
     partner = np.concatenate(list({id(origin.partner): origin.partner for origin in origins}.values()))
+    limit = job.limit
     distance = np.concatenate([origin.distance for origin in origins])
     far_texels = sum(int(origin.far(limit * diagonal).sum()) for origin in origins)
     layout = _layout(origins) | {"conflicting_texels": sum(conflict.texels for conflict in conflicts)}
@@ -396,7 +384,7 @@ def _figures(
         {
             "schema": SCHEMA,
             "version": __version__,
-            "status": _status(far_texels, layout),
+            "status": _status(far_texels, layout, job.overlap),
             "size": max((origin.grid.shape[::-1] for origin in origins), key=lambda size: size[0] * size[1]),
             "triangles": partner.size,
             "same_triangles": int((partner >= 0).sum()),
@@ -408,19 +396,18 @@ def _figures(
             "nearest_texels": sum(int(origin.nearest.size) for origin in origins),
             "far_texels": far_texels,
             "layout": layout,
-            "inputs": [{"path": name, "sha256": files.sha256(name)} for name in inputs],
+            "inputs": [{"path": name, "sha256": files.sha256(name)} for name in expand_tiles(job.inputs)],
         }
     )
 
 
-def _status(far_texels: int, layout: dict[str, int]) -> str:
-    """Return how the run ended; the worst of several faults."""
+def _status(far_texels: int, layout: dict[str, int], overlap: str) -> str:
+    """Return how the run ended; the worst of several faults. `overlap` as the option."""
     if not layout["covered_texels"]:
         return "empty"
     if far_texels:
         return "far"
-    conflicting = layout["conflicting_texels"] > CONFLICTING_SHARE * layout["covered_texels"]
-    return "overlapping" if conflicting else "done"
+    return "overlapping" if overlap == "refuse" and is_stacked(layout) else "done"
 
 
 def _layout(origins: Sequence[Origin]) -> dict[str, int]:

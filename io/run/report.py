@@ -17,6 +17,7 @@ from ...deadline import TimeUp
 from ...figures import FAR_OFF_TOLERANCES
 from ...fits import leaves_bare
 from ...maps.summary import CERTAIN_SHARE, SEEN_FOLDS_SHARE
+from ...meshes.layout import is_stacked
 from ...status import Status
 from .. import files
 from ..spec import Spec
@@ -29,9 +30,16 @@ if TYPE_CHECKING:
 SCHEMA = "iccm.report/1"
 
 
+MOST_TILT_DEGREES = 45.0
+"""Rotation of a mesh on another one from which up is nearer to the side than to up."""
+MOST_TURN_ERROR_DEGREES = 20.0
+"""Difference to a requested rotation up to which it is seen: models of other forms do not have exactly one."""
 LEAST_SHARE = 0.5
 """Share of the target's painted area, and of a mesh's area, that a good result maps; if it is less, most of what was
 asked for is missing."""
+
+LEAST_SHOWN_SHARE = 0.1
+"""Share of the source that a target of lines shows at least: of less, nobody recognises anything."""
 
 
 @dataclass(frozen=True)
@@ -116,10 +124,14 @@ def output_figures(outputs: Sequence[OutputReport]) -> dict[str, Any]:
 def note_doubts(run: Run, figures: dict[str, Any]) -> None:
     """Note the solver's remarks and doubts about the picture, once, from the figures of `map_figures`."""
     weighed = not run.job.exact
+    wanted = (
+        ("covered", "cracks") if run.job.gaps == "transparent" else ()
+    )  # nothing is painted in gaps, as requested
     parts = figures.get("parts", [figures])
     for pair, fit, part in zip(run.pairs, run.fits, parts):
         doubted = doubts(figures | part, run.job.tolerance, run.job.quasi is not None, weighed=weighed)
-        noted = [note if note in fit.notes else Doubt(note) for note in part["notes"]]
+        notes = [note for note in part["notes"] if not any(f"({entry})" in note for entry in wanted)]
+        noted = [note if note in fit.notes else Doubt(note) for note in notes]
         run.note(*(type(note)(label(pair, note)) for note in [*noted, *doubted]))
 
 
@@ -214,16 +226,48 @@ def _fault(run: Run, figures: dict[str, Any]) -> Status | None:
     """Return what is wrong with a result although all of its maps are good; None if nothing is."""
     if has_flips(figures):
         return Status.FLIPPED
+    if is_tilted(run):
+        return Status.TILTED
     if any(_is_partial(run, side) for side in ((0, 1) if run.job.target else (0,))):
         return Status.PARTIAL
     if _leaves_bare(run):
         return Status.BARE
     if run.fits and all(fit.coverage.seen is not None and fit.coverage.seen.hidden >= 1 for fit in run.fits):
         return Status.HIDDEN
+    if _is_lost_in_lines(run):
+        return Status.LINES
     if figures.get("empty"):
         return Status.EMPTY
+    layouts = [
+        baked for baked in (figures, *figures.get("tiles", {}).values()) if "conflicting_texels" in baked
+    ]
+    if run.job.overlap == "refuse" and any(map(is_stacked, layouts)):
+        return Status.STACKED
     unpaired = (figures.get("unpaired") or {}).get("target")
     return Status.UNPAIRED if unpaired and run.source.is_mesh and run.target.is_mesh else None
+
+
+def is_tilted(run: Run) -> bool:
+    """Return whether a mesh is not upright on another one, or not turned by --turn, and nothing was given that could
+    mean this.
+    """
+    job = run.job
+    meant = job.has_pins or job.start or job.rigid or job.rigid_target or job.turn == "any"
+    return not meant and not is_turned(run)
+
+
+def is_turned(run: Run) -> bool:
+    """Return whether meshes lie on others as --turn requests, by default upright, by the up axes of both."""
+    most = MOST_TILT_DEGREES if run.job.turn is None else MOST_TURN_ERROR_DEGREES
+    return all(turn_error(run, number) <= most for number in range(len(run.fits)))
+
+
+def turn_error(run: Run, number: int = 0) -> float:
+    """Return the difference in degrees between the rotation of a mesh on another one and that of --turn."""
+    if not all(shape.is_mesh for shape in run.pairs[number]):
+        return 0.0
+    requested = float(run.job.turn or 0.0) if run.job.turn != "any" else 0.0
+    return abs((run.fits[number].tilt - requested + 180) % 360 - 180)
 
 
 def _is_partial(run: Run, side: int) -> bool:
@@ -236,6 +280,18 @@ def _is_partial(run: Run, side: int) -> bool:
     from ..shapes.mesh_shape import as_mesh
 
     return as_mesh(shapes[0]).share < LEAST_SHARE
+
+
+def _is_lost_in_lines(run: Run) -> bool:
+    """Return whether less than `LEAST_SHOWN_SHARE` of the source is seen, because the target is drawn with lines."""
+    from .texture import MOST_PAINTED_BY_LINES_SHARE
+
+    drawing = run.target.drawing
+    if run.job.max_left_out is not None or not run.job.target or drawing is None or len(run.fits) != 1:
+        return False
+    seen = run.fit.coverage.seen
+    is_thin = drawing.region.area < MOST_PAINTED_BY_LINES_SHARE * drawing.hull_region.area
+    return is_thin and seen is not None and seen.hidden > 1 - LEAST_SHOWN_SHARE
 
 
 def _leaves_bare(run: Run) -> bool:

@@ -27,7 +27,7 @@ class Resolved:
     Attributes:
         job: with the names of its outputs.
         inputs: the files that it reads.
-        wanted: its outputs.
+        writers: its outputs.
         notes: on what was filled in.
         refusal: why an output may not be written; mistakes in the inputs are reported first.
     """
@@ -51,6 +51,10 @@ def resolve(job: Job, *, again: bool = False) -> Resolved:
     """
     inputs = Inputs(job)
     job = by_pieces(name_outputs(job, inputs), inputs)
+    if job.along is not None:
+        from .along import with_box
+
+        job = with_box(job, inputs)
     inputs = inputs.of_job(job)
     earlier_outputs = earlier.own_outputs(job) if again and not job.force else set()
     writers = outputs.of(job, inputs)

@@ -11,17 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import Box, Complex, complex_of
+from ...arrays import Box, Complex, Index, complex_of
 from ...errors import InputError
 from ...memory import Memory
 from ...parallel import in_background, thread_count
 from ...pixels.texture import Wrapped
 from ...plane import bounding_box
+from .. import files
 from ..memory import within
 from ..shapes.holes import as_drawn
 from ..shapes.shape import BBOX, CANVAS
-from . import framing, parts, projected, texture
-from .constraints import constrain, read_start
+from . import along, framing, parts, projected, texture
+from .constraints import constrain
 from .job import Job
 from .parts import Pairs
 from .phases import Phases
@@ -64,7 +65,10 @@ class Run:
         notes: on the inputs and on solving.
         figures: what reading and solving add to the solver's report.
         fits: the map of each pair, once solved.
+        known: the maps of pairs that need not be solved, by their number.
         idle: options without effect, see `outputs.effects`.
+        solve: solves for the maps of a run, for outputs that compare several; None until the run is solved.
+        pins_of_parts: for each pair, the numbers of its pins; empty unless parts with pins are mapped separately.
         constraints: pins, strokes and an earlier map, as arguments of `iccm.fit`.
         called: the names of pins and strokes.
         start: an earlier map to continue from.
@@ -84,8 +88,11 @@ class Run:
     called: tuple[list[str], list[str]] = field(default_factory=lambda: ([], []))
     start: Fit | None = None
     choices: list[Sequence[Choice]] = field(default_factory=list)
+    pins_of_parts: list[Index] = field(default_factory=list)
     fits: list[Fit] = field(default_factory=list)
+    known: dict[int, Fit] = field(default_factory=dict)
     idle: tuple[str, ...] = ()
+    solve: Callable[[Run], None] | None = None
     _begun: dict[str, Future] = field(default_factory=dict)
     _other: dict[tuple[str, str], Run] = field(default_factory=dict)
 
@@ -107,11 +114,15 @@ class Run:
         from ..shapes.silhouette import handed
 
         handed.clear()  # left by an earlier job
-        figures = dict[str, Any]()
+        figures, band = dict[str, Any](), None
         if job.several:
             pairs, notes, figures = parts.read(job, inputs)
         elif projected.is_projected(job):
             pairs = [projected.read(job)]
+        elif job.along is not None:
+            bent, band = along.read(job, inputs)
+            pairs = [(bent, band.shape)]
+            notes = [*notes, band.note] if band.note else notes
         else:
             source = inputs.shape(job.source)
             target = source
@@ -130,8 +141,10 @@ class Run:
                     "use --rigid-target"
                 )
                 run.note(f"{run.target.spec}: {text}")
+            if band is not None:
+                run.constraints |= along.constraints(run.source, band)
         if job.start:
-            run.start = read_start(job)
+            run.start = _read_start(job)
         return run
 
     @classmethod
@@ -268,20 +281,20 @@ class Run:
     @cached_property
     def toned(self) -> list[Complex]:
         """The boundaries of what the target paints, if a picture on paper is shown on more than that, as on its
-        silhouette. This area is then a tone on the paper, except in holes of the drawing. Empty otherwise.
+        silhouette. This area is then a tone on the paper, except below the drawing and in its holes. Empty otherwise.
         """
         if self.image.alpha < 0 or self.faded:
             return []
         area = self._painted_in_silhouette(self.target.ink or self.target.drawing)
         if area is None:
             return []
-        parts = [] if self.source.drawing is None else self.source.drawing.parts
-        holes = [complex_of(ring.coords[:-1]) for part in parts for ring in part.interiors]
-        if not holes:
+        if self.source.drawing is None:
             return area.rings
+        from ...maps.moved_rings import move_rings
         from ...pixels.paper import cleared
 
-        return cleared(area.painted, [self.fit.map(hole) for hole in holes])
+        outlines = [complex_of(part.exterior.coords[:-1]) for part in self.source.drawing.parts]
+        return cleared(area.painted, move_rings(self.fit.map, outlines))
 
     @cached_property
     def faded(self) -> list[Complex]:
@@ -398,7 +411,7 @@ class Run:
         shape = self.image.pixels.shape if has_texture and framing.repeats(self.job) else (1, 1)
         proportions = shape[1] / shape[0] if has_texture else None
         box = framing.texture_box(self.job, self.source, proportions)
-        return flat(box, framing.texture_turn(self.job))
+        return flat(box, framing.texture_rotation(self.job))
 
     @cached_property
     def on_mesh(self) -> bool:
@@ -507,7 +520,10 @@ class Run:
             reports = [fit.report() for fit in self.fits]
         if len(reports) == 1 and "without_map" not in self.figures:
             return reports[0]
-        return reports[0] | parts.shares_seen(self.fits) | {"parts": parts.figures(self.pairs, reports)}
+        figures = {"parts": parts.figures(self.pairs, reports)}
+        if self.pins_of_parts:
+            figures["pins"] = parts.pins_in_order(reports, self.pins_of_parts)
+        return reports[0] | parts.shares_seen(self.fits) | figures
 
     @cached_property
     def canvas(self) -> Canvas:
@@ -573,3 +589,24 @@ def _with_holes_as_asked(shape: Shape, job: Job, notes: list[str]) -> Shape:
     if _fills_lines(job):
         return without_holes(shape, notes.append)
     return as_drawn(shape)
+
+
+def _read_start(job: Job) -> Fit:
+    """Return the map that a job continues from.
+
+    Raises:
+        InputError: the file cannot be read, the map is not of the balanced method, or the job cannot use such a map.
+    """
+    from ...maps.triangulated.map import TriangulatedMap
+    from ...result import load
+
+    if job.several or not job.exact:
+        needed = f"--parts {job.parts}" if job.exact else "--method balanced"
+        raise InputError(
+            f"--start: only works with one balanced map, {'not with' if job.exact else 'so add'} {needed}"
+        )
+    files.open_input(job.start or "")
+    fit = load(job.start or "")
+    if not isinstance(fit.map, TriangulatedMap):
+        raise InputError(f"{job.start}: not a balanced map, so --start cannot continue from it")
+    return fit

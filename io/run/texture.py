@@ -140,20 +140,34 @@ def detail_of(job: Job, source: Shape, image: Image, box: Box) -> Detail:
         colours = np.repeat(colours[..., :1], 3, axis=2)
     rgba = np.clip(np.nan_to_num(np.concatenate([colours, alpha[..., None]], axis=2)), 0, 1)
     weight = 1.0 if job.detail is None else job.detail
-    return Detail.of_picture(rgba, box, on_paper=on_paper(job, source), weight=weight)
+    detail = Detail.of_picture(rgba, box, on_paper=on_paper(job, source), weight=weight)
+    if job.faces == "off" or detail.is_empty or not (job.faces == "on" or _shows_photo(job, source)):
+        return detail
+    from ...drawings.faces import faces_of
+
+    faces = faces_of(rgba[..., :3], box, required=job.faces == "on")
+    return detail.with_faces(faces) if faces else detail
+
+
+def _shows_photo(job: Job, source: Shape) -> bool:
+    """Return whether the texture is a picture, or a drawing with embedded pictures, so that it may show faces."""
+    if drawing_of(job, source) is None:
+        return not shows_lettering(job, source)
+    return any(outline.name.startswith("<image>") for outline in source.selected_outlines)
 
 
 def on_paper(job: Job, source: Shape) -> bool:
     """Return whether paper is shown where the texture is transparent.
 
     This is so below a drawing that is its own picture, unless it is placed inside the target, which then need not be
-    filled, or lies on an object, which shows through. Of a whole `#canvas`, what is transparent is part of the picture.
+    filled, or lies on an object or along a line, which shows through. Of a whole `#canvas`, what is transparent is part
+    of the picture.
     """
     whole_canvas = Spec.of(source.spec).selection == CANVAS
     return (
         shows_itself(job, source)
         and job.place != "inside"
-        and (job.gaps or ("transparent" if whole_canvas else "paper")) == "paper"
+        and (job.gaps or ("transparent" if whole_canvas or job.along else "paper")) == "paper"
         and job.target is not None
         and not is_view(job.target)
         and job.kind == "colour"
@@ -174,6 +188,15 @@ def notes_on_lines(job: Job, source: Shape, fit: Fit) -> list[str]:
         f"{source.spec}: drawn with lines, of which the target shows only short pieces; show the drawing in a "
         "wider target, or use --texture with a picture that has areas of colour, or --texture checker"
     ]
+
+
+def note_on_faces(job: Job, source: Shape, detail: Detail | None) -> list[str]:
+    """Return a note on faces that were found, since they may decide which part of a photo is seen."""
+    if detail is None or not detail.faces or job.faces == "on":
+        return []
+    count = len(detail.faces)
+    found = "a face is" if count == 1 else f"{count} faces are"
+    return [f"{source.spec}: {found} found, and hardly bent or cropped (--faces off: like the rest)"]
 
 
 def drawing_of(job: Job, source: Shape) -> Path | None:
@@ -219,36 +242,16 @@ def rendered(
     width, height = rendering.pixels_across(box, density, _most_pixels(job, pixels))
     room.check(strip_bytes(height, width, 4), "the drawing as a texture")
     if path is None:
-        coloured = _coloured_letters(source)
-        if coloured is not None:
-            return rendering.render_data(coloured, source.path, box, (width, height))
-        return _inked(source, box, (width, height))
+        return rendering.render_data(_lettering(source), source.path, box, (width, height))
     return rendering.render(path, box, (width, height))
 
 
-def _coloured_letters(source: Shape) -> bytes | None:
-    """Return the word that is the source as an SVG file if its font has colours."""
+def _lettering(source: Shape) -> bytes:
+    """Return the text that is the source as an SVG file."""
     from ..outlines import lettering
     from ..shapes.shape import without_box
 
-    if formats.suffix_of(source.path) not in formats.FONTS:
-        return None
-    data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).selection or ""))
-    return data if b" fill=" in data else None
-
-
-def _inked(source: Shape, box: Box, size: tuple[int, int]) -> Image:
-    """Return a picture of what a source paints, in black."""
-    from ...pixels.canvas import Canvas
-    from ...pixels.coverage import painted_share
-    from ...polygons import rings_of
-    from ..pictures.image_files import Image
-
-    assert source.ink is not None
-    pixels = np.zeros((size[1], size[0], 4), np.uint8)
-    share = painted_share(rings_of(source.ink.painted), Canvas.about(*size, box))
-    pixels[..., 3] = np.rint(255 * share)
-    return Image(pixels, alpha=3)
+    return lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).selection or ""))
 
 
 def _most_pixels(job: Job, pixels: float) -> int:
@@ -405,12 +408,12 @@ def sampler_of(
 
     visible_outlines = outlines if image.alpha >= 0 and not (framing.repeats(job) or image.raster) else ()
     on_paper = on_paper and image.raster is None  # where a raster has no data, nothing is shown
-    turn = framing.texture_turn(job)
+    rotation = framing.texture_rotation(job)
 
     filter = "nearest" if image.raster and image.raster.labels and job.filter == "auto" else job.filter
 
     def make() -> Sampler:
-        placed = image.texture(box, kind=job.kind, room=room, turn=turn)
+        placed = image.texture(box, kind=job.kind, room=room, rotation=rotation)
         if on_paper and placed.alpha >= 0:
             from ...pixels import own_edge, paper
 
@@ -426,7 +429,7 @@ def sampler_of(
         key = (
             image,
             box,
-            turn,
+            rotation,
             job.kind,
             job.filter,
             job.edge,
@@ -466,6 +469,8 @@ def image_of(job: Job, source: Shape, room: Memory, own_box: Box | None = None) 
         own = Spec.of(source.spec).path
         if raster := rasters.read(own, max_pixels=job.max_pixels, nearest=nearest):
             return raster
+        if source.view is not None:  # a sheet on a photo also shows what resembles the photo's background
+            return image_files.read(own, **limits)
         # memory is checked against --memory when the picture is decoded
         return own_picture.read(Spec.of(source.spec), source.trace, anew=bool(job.memory), **limits)
     from ...pixels.checkerboard import checkerboard

@@ -22,4 +22,6 @@ packed_map      maps as short texts
 starts          an earlier map to continue from
 handles         a lattice of pins by which a map is edited
 seam_order      the order of seams through pins
+line_band       bands along lines: the target of `--along`, onto which a drawing is bent like text on a path
+marked_seams    seams that a file marks: lines of an OBJ file along the edges of a mesh, or the borders of another…
 """

@@ -18,7 +18,7 @@ from ..point_syntax import Place
 from .shape import Shape
 
 if TYPE_CHECKING:
-    from .listing import ConstraintsFile, Pin, Stroke
+    from .listing import ConstraintsFile, PinEntry, StrokeEntry
 
 ROTATED_RADIUS_SHARE, CIRCLE_PINS = 0.05, 6
 """Of the diagonal: radius of the disk that rotates with a pin, if there is room; and number of pins around it that
@@ -32,7 +32,7 @@ MARK_SHARE = 0.025
 
 
 @dataclass(frozen=True, eq=False)
-class Constraints:
+class PlaneConstraints:
     """Constraints in the core plane.
 
     Attributes:
@@ -68,7 +68,7 @@ class Constraints:
 
 def collect(
     source: Shape, target: Shape, listed: ConstraintsFile | None = None, *, exact: bool = False
-) -> Constraints:
+) -> PlaneConstraints:
     """Return all constraints: the pairs drawn in both files, then those that are listed.
 
     If source and target are the same shape, drawn constraints stay where they are. If pins are `exact`, rotations are
@@ -102,7 +102,7 @@ def collect(
             pins += [(a.z[end], b.z[end], stroke.weight, stroke.name, {"radius": 0.0}) for end in (0, -1)]
     if exact and any(pin.turn is not None for pin in listed_pins):
         pins += _around(source, target, listed_pins)
-    return Constraints(
+    return PlaneConstraints(
         np.array([pin[:2] for pin in pins], dtype=complex).reshape(-1, 2),
         np.array([pin[2] for pin in pins], dtype=float),
         [stroke[:2] for stroke in strokes],
@@ -132,7 +132,7 @@ def _drawn_settings(source: Shape, name: str) -> dict[str, float]:
     return {} if is_mark else {"radius": radius}
 
 
-def _around(source: Shape, target: Shape, listed: list[Pin]) -> list[tuple]:
+def _around(source: Shape, target: Shape, listed: list[PinEntry]) -> list[tuple]:
     """Return pins on circles around those that rotate the shape.
 
     Raises:
@@ -185,6 +185,6 @@ def _common_names(source: Shape, target: Shape, kind: str) -> list[str]:
     return list(in_source)
 
 
-def _curves(stroke: Stroke, number: int, source: Shape, target: Shape) -> tuple[Curve, Curve]:
+def _curves(stroke: StrokeEntry, number: int, source: Shape, target: Shape) -> tuple[Curve, Curve]:
     name = f"strokes.{number}{f' ({stroke.name})' if stroke.name else ''}"
     return source.along(stroke.source, f"{name}: source"), target.along(stroke.target, f"{name}: target")

@@ -15,7 +15,7 @@ from ...curve import Curve, inside_any
 from ...errors import InputError
 from ...pins import size_of
 from ...result import Fit
-from .listing import Pin
+from .listing import PinEntry
 from .shape import Shape
 
 TOLERANCE_SHARE = 0.01
@@ -41,8 +41,8 @@ def has_room(source: Shape, rows: int, columns: int) -> bool:
 
 
 def handles_of(
-    fit: Fit, source: Shape, target: Shape, rows: int, columns: int, pins: list[Pin] | None = None
-) -> list[Pin]:
+    fit: Fit, source: Shape, target: Shape, rows: int, columns: int, pins: list[PinEntry] | None = None
+) -> list[PinEntry]:
     """Return handles where a map takes them, in file units.
 
     Points outside of the shape, in holes, close to an outline or close to a pin are left out.
@@ -77,7 +77,7 @@ def handles_of(
     used_names = {pin.name for pin in pins or []}
     weight = pins[0].weight if pins else 1.0
     return [
-        Pin(
+        PinEntry(
             name=_unused(names[k], used_names),
             weight=weight,
             source=_place(source, z[k]),

@@ -60,7 +60,7 @@ class _Entry(StrictModel):
     weight: Weight = 1.0
 
 
-class Pin(_Entry):
+class PinEntry(_Entry):
     """A point of the source and its goal, in file units."""
 
     source: Place
@@ -84,7 +84,7 @@ class Pin(_Entry):
         return {name: value for name, value in values.items() if value is not None}
 
 
-class Stroke(_Entry):
+class StrokeEntry(_Entry):
     """A polyline of the source and its goal, in file units."""
 
     source: list[Place] = Field(min_length=2)
@@ -123,15 +123,15 @@ class ConstraintsFile(StrictModel):
     """The content of a constraints file."""
 
     files: ConstrainedFiles = ConstrainedFiles()
-    pins: list[Pin] = Field([])
-    strokes: list[Stroke] = Field([])
+    pins: list[PinEntry] = Field([])
+    strokes: list[StrokeEntry] = Field([])
     rigid: list[str | Polygon] = Field([])
     start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
     _pairs: list[other_programs.LandmarkPairs] = PrivateAttr([])
 
     @property
-    def all_pins(self) -> list[Pin]:
+    def all_pins(self) -> list[PinEntry]:
         """The pins, then the landmarks, in the source's order.
 
         Raises:
@@ -145,17 +145,19 @@ class ConstraintsFile(StrictModel):
             if unmatched:
                 names = ", ".join(sorted(unmatched)[:12])
                 raise InputError(f"landmarks: {names}: only given for the {side}; give each for both shapes")
-        marks = [Pin(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()]
+        marks = [
+            PinEntry(name=name[:200], source=place, target=targets[name]) for name, place in sources.items()
+        ]
         return [*self.pins, *marks]
 
-    def pins_of(self, source: Shape, target: Shape) -> list[Pin]:
+    def pins_of(self, source: Shape, target: Shape) -> list[PinEntry]:
         """Return all pins in the units of the files of two shapes, including those in other programs' coordinates.
 
         Raises:
             InputError: as `all_pins`, or landmarks of images for a mesh.
         """
         pairs = [pair for landmarks in self._pairs for pair in landmarks.in_file_units(source, target)]
-        return [*self.all_pins, *(Pin(name=name[:200], source=a, target=b) for name, a, b in pairs)]
+        return [*self.all_pins, *(PinEntry(name=name[:200], source=a, target=b) for name, a, b in pairs)]
 
     def add_pairs(self, pairs: other_programs.LandmarkPairs) -> None:
         """Add pairs of landmarks of other programs to the pins."""
@@ -179,14 +181,14 @@ class ConstraintsFile(StrictModel):
                 )
 
 
-def typed_pins(pairs: Iterable[tuple[Any, ...]]) -> list[Pin]:
+def typed_pins(pairs: Iterable[tuple[Any, ...]]) -> list[PinEntry]:
     """Return pins from the command line (--pin) as those of a file, in file units.
 
     Args:
         pairs: of each pin the two ends, and its settings if it has any.
     """
     return [
-        Pin(source=source, target=target, **(settings[0] if settings else {}))
+        PinEntry(source=source, target=target, **(settings[0] if settings else {}))
         for source, target, *settings in pairs
     ]
 

@@ -16,7 +16,8 @@ from ...curve import Curve
 from ...errors import InputError
 from ...flattening import convex, flatten
 from ...flattening.charts import Atlas
-from ...flattening.segmentation import MAX_DISTORTION, Charts
+from ...flattening.method import Purpose
+from ...flattening.segmentation import Charts
 from ...flattening.whole import flatten_each, pack_all
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
@@ -29,6 +30,7 @@ from ..meshes import mesh_files
 from ..meshes.mesh_format import MeshFile, MeshFormat
 from ..options import TEXELS_BETWEEN_CHARTS
 from ..point_syntax import Place, vertex_of
+from .marked_seams import with_seams
 from .mesh_parts import side_by_side
 from .mesh_shape import MeshShape, row_of
 from .shape import Shape
@@ -42,44 +44,59 @@ MOST_NOTES = 6
 Aspect = float | Callable[[list[Path | bytes]], float | None]
 
 
+class Cutting(NamedTuple):
+    """Where surfaces may be cut before they are flattened.
+
+    Attributes:
+        closed: whether a closed surface, or one with handles, may be cut open.
+        open: whether a surface with boundary may also be cut, if its layout would otherwise vary in scale by orders
+            of magnitude.
+        joins: whether a cut may run into holes; see `flattening.flatten`.
+        pins: vertices and points in space through which to cut a closed surface, in this order; none, or at least two.
+        split: whether faces may be split, so that the cut runs through the pins themselves and not through vertices
+            beside them.
+        opening: a mesh split along its cut, which replaces the paths between pins.
+    """
+
+    closed: bool = False
+    open: bool = True
+    joins: bool = False
+    pins: Sequence[Place] = ()
+    split: bool = False
+    opening: Opening | None = None
+
+    def may_lengthen(self, piece: Patch) -> bool:
+        """Return whether the seam of a piece may be lengthened, from nothing where it is open."""
+        return self.closed and (self.open or len(piece.seam) > 0)
+
+
+NO_CUT = Cutting()
+
+
 def read(
     spec: str,
     *,
-    cut: bool = False,
-    cut_open: bool = True,
+    cutting: Cutting = NO_CUT,
     opened: MeshFormat | None = None,
     method: str = "conformal",
     layout: bool = False,
     aspect: Aspect | None = None,
-    pins: Sequence[Place] = (),
-    split: bool = False,
-    chart: bool = False,
-    joins: bool = False,
-    opening: Opening | None = None,
     united: bool = False,
-    hidden: bool = False,
+    purpose: Purpose = "domain",
 ) -> MeshShape:
     """Read and flatten the mesh that `file`, `file#part`, `file#loop` or `file#part#loop` specifies.
 
     Args:
         spec: a part is an OBJ object, group or material, `piece-2` or `uv-2` (see `mesh_files.read`); a loop is a
             number, 1 being the longest boundary.
-        cut: whether a closed surface, or one with handles, may be cut open.
-        cut_open: whether a surface with boundary may also be cut, if its layout would otherwise vary in scale by orders
-            of magnitude.
+        cutting: where the surface may be cut.
         opened: the file, if it was opened before.
         method: of flattening; see `flattening.flatten`.
         layout: whether to use the plane of the texture coordinates if `spec` does not specify.
         aspect: width / height of the pictures on the texture coordinates, or a function that returns it, given the
             pictures that the file refers to; 1 by default.
-        pins: vertices and points in space through which to cut a closed surface, in this order; none, or at least two.
-        split: whether faces may be split, so that the cut runs through the pins themselves and not through vertices
-            beside them.
-        chart: whether the plane only carries textures; see `flattening.flatten`.
-        joins: whether a cut may run into holes; see `flattening.flatten`.
-        opening: a mesh split along its cut, which replaces the paths between pins.
         united: whether to read all geometries of the mesh, since glTF has one for each material.
-        hidden: whether nothing lies in the plane of the mesh; see `flattening.flatten`.
+        purpose: of the plane; see `flattening.flatten`.
 
     Raises:
         InputError: in one line, naming the first invalid element.
@@ -88,20 +105,25 @@ def read(
     if file.chart or (layout and not file.piece):
         atlas = Atlas.of(file.mesh)
         return read_chart(spec, file, atlas, file.chart or 1, aspect_of(file, aspect))
-    seam_points = np.array([point_of(file, spec, place) for place in pins]) if pins else None
-    if opening is not None:
-        file, seam_points = replace(file, mesh=opening.mesh), opening.points
-    elif seam_points is not None and split:
-        file = split_at(file, seam_points)
-    piece = disk_patch(file.mesh, cut=cut, piece=file.piece or 1, through=seam_points)
-    grow = cut and seam_points is None  # lengthened seams would differ between two meshes
-    grow &= cut_open or len(piece.seam) > 0
-    how: dict[str, Any] = {
-        "chart": chart,
-        "joins": joins,
-        "hidden": hidden,
-    }
-    return flatten_patch(spec, file, piece, grow, method, _start_of(piece, seam_points), **how)
+    seam_points = None
+    if cutting.opening is not None:
+        file, seam_points = replace(file, mesh=cutting.opening.mesh), cutting.opening.points
+    elif cutting.pins:
+        seam_points = np.array([point_of(file, spec, place) for place in cutting.pins])
+        file = split_at(file, seam_points) if cutting.split else file
+    piece = disk_patch(file.mesh, cut=cutting.closed, piece=file.piece or 1, through=seam_points)
+    # lengthened seams would differ between two meshes
+    grow = seam_points is None and cutting.may_lengthen(piece)
+    return flatten_patch(
+        spec,
+        file,
+        piece,
+        start=_start_of(piece, seam_points),
+        grow=grow,
+        method=method,
+        joins=cutting.joins,
+        purpose=purpose,
+    )
 
 
 def read_whole(
@@ -115,7 +137,8 @@ def read_whole(
     box: Box | None = None,
     single: bool = True,
     charts: Charts = "one",
-    max_distortion: float = MAX_DISTORTION,
+    max_distortion: float | None = None,
+    seams: str | None = None,
 ) -> MeshShape | None:
     """Return all pieces of a mesh, flattened and packed at one scale; None if a piece or a chart is selected.
 
@@ -131,6 +154,7 @@ def read_whole(
         box: of pictures in this plane, if there is a region.
         single: whether to return a mesh of one piece, too; otherwise None.
         charts, max_distortion: see `segmentation.charts_of`.
+        seams: file of seams, see `marked_seams.with_seams`.
 
     Raises:
         InputError: no piece can be flattened, or one is closed and may not be cut.
@@ -140,6 +164,7 @@ def read_whole(
         return None
     if not single and sum(np.count_nonzero(Joined.of(file.mesh).areas) for file in files) < 2:
         return None
+    files = with_seams(files, seams)
     pieces, firsts, faults = list[Patch](), list[int](), list[str]()
     first = 0
     for file in files:
@@ -220,14 +245,16 @@ def flatten_patch(
     spec: str,
     file: MeshFile,
     piece: Patch,
-    grow: bool,
-    method: str,
+    *,
     start: int = -1,
-    **how: Any,
+    grow: bool,
+    method: str = "conformal",
+    joins: bool,
+    purpose: Purpose = "domain",
 ) -> MeshShape:
-    """Flatten a piece of a mesh; arguments as for `read` and `flatten` (`how`), `start` as for `MeshShape`."""
-    flat = flatten(piece, loop=file.loop, grow=grow, method=method, **how)
-    if how.get("chart") and method != "lscm":
+    """Flatten a piece of a mesh; arguments as for `read` and `flatten`, `start` as for `MeshShape`."""
+    flat = flatten(piece, loop=file.loop, grow=grow, method=method, joins=joins, purpose=purpose)
+    if purpose == "texture" and method != "lscm":
         flat = convex(flat)
     return _one_chart(spec, file, piece, flat, start)
 
@@ -323,7 +350,9 @@ def read_chart(spec: str, file: MeshFile, atlas: Atlas, number: int, aspect: flo
         note = f"ignored {atlas.count - 1} other chart{'s' if atlas.count > 2 else ''} of its texture coordinates"
         notes.append(f"{note}; #uv-{2 if number == 1 else 1} selects another, --parts all maps all of them")
     if shared := atlas.shared(number):
-        notes.append(f"other charts overlap {shared:.0%} of chart {number} and show the same there")
+        notes.append(
+            f"other charts overlap {shared:.0%} of chart {number}, and show the same part of the texture"
+        )
     box = low, low + complex(aspect, 1)
     return _lay_out(spec, file, flat, flat.boundary, box, notes, chart=chart, aspect=aspect)
 
@@ -409,12 +438,10 @@ def read_all(
     spec: str,
     most: int,
     *,
-    cut: bool = False,
-    cut_open: bool = True,
+    cutting: Cutting = NO_CUT,
     opened: MeshFormat | None = None,
     layout: bool = False,
     aspect: Aspect | None = None,
-    joins: bool = False,
 ) -> tuple[list[MeshShape], int]:
     """Return the largest charts or pieces of a mesh, and the number of those beyond `most`.
 
@@ -426,10 +453,9 @@ def read_all(
     """
     parts = mesh_files.read_all(spec, opened)
     if parts[0].numbered:
-        how: dict[str, Any] = {"cut": cut, "cut_open": cut_open, "opened": opened}
-        return [read(spec, **how, layout=layout, aspect=aspect, joins=joins)], 0
+        return [read(spec, cutting=cutting, opened=opened, layout=layout, aspect=aspect)], 0
     charts = bool(parts[0].chart) or layout
-    candidates = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cut, cut_open, joins)
+    candidates = _charts(spec, parts, aspect) if charts else _pieces(spec, parts, cutting)
     candidates = sorted(candidates, key=lambda candidate: -candidate.area)
     named_shapes, faults = _pick(candidates[:most])
     if not named_shapes:
@@ -492,13 +518,12 @@ def _charts(spec: str, parts: Sequence[MeshFile], aspect: Aspect | None) -> list
     return charts
 
 
-def _pieces(spec: str, parts: Sequence[MeshFile], cut: bool, cut_open: bool, joins: bool) -> list[_Candidate]:
+def _pieces(spec: str, parts: Sequence[MeshFile], cutting: Cutting) -> list[_Candidate]:
     """Return the pieces of all geometries; errors as for `_charts`."""
 
     def make(file: MeshFile, connected: Joined, number: int) -> MeshShape:
-        piece = disk_patch(connected, cut=cut, piece=number)
-        grow = cut and (cut_open or len(piece.seam) > 0)
-        return flatten_patch(spec, file, piece, grow, "conformal", joins=joins)
+        piece = disk_patch(connected, cut=cutting.closed, piece=number)
+        return flatten_patch(spec, file, piece, grow=cutting.may_lengthen(piece), joins=cutting.joins)
 
     pieces = []
     for file in parts:

@@ -154,10 +154,13 @@ class MeshShape(Shape):
             return [self.at(place)]
         patch, loop = self.flattening.patch, self.flattening.loop
         point = self.at(place)
-        away = np.abs(self.flattening.flat - point) if number is not None else patch.points - np.array(place)
-        flat = int(np.linalg.norm(away.reshape(len(patch.points), -1), axis=1).argmin())
+        if number is None:
+            distances = np.linalg.norm(patch.points - np.array(place), axis=1)
+        else:
+            distances = np.abs(self.flattening.flat - point)
+        nearest = int(distances.argmin())
         around = np.roll(loop, -int(np.flatnonzero(loop == self.start)[0]))
-        copies = around[patch.vertex[around] == patch.vertex[flat]]
+        copies = around[patch.vertex[around] == patch.vertex[nearest]]
         return self.flattening.flat[copies].tolist() if copies.size else [point]
 
     def along(self, places: Sequence[Place], name: str) -> Curve:

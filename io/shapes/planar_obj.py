@@ -39,9 +39,9 @@ def read(
     content = obj.read(path)
     if not len(content.v):
         raise InputError(f"{path}: contains no vertices (lines that begin with v)")
-    polylines = _polylines(content)
-    ids = list(dict.fromkeys(name for name, _ in polylines)) if polylines else content.parts()
-    parts = polylines or _boundary(content, selection if selection in ids else None)
+    lines = polylines(content)
+    ids = list(dict.fromkeys(name for name, _ in lines)) if lines else content.parts()
+    parts = lines or _boundary(content, selection if selection in ids else None)
     points = _planar(content, np.unique(np.concatenate([edges for _, edges in parts])))
     (x, y), (width, height) = points.min(axis=0).tolist(), np.ptp(points, axis=0).tolist()
     drawing = DrawingContent([], (x, y, width, height), flip=False, ids={name: None for name in ids if name})
@@ -65,7 +65,7 @@ def _add(drawing: DrawingContent, content: Obj, name: str, edges: Edges) -> None
     z = place.view(np.complex128).ravel()  # includes unused vertices
     label = repr(name) if name else "the polylines"
     rings, area = _rings(merged.reshape(-1)[edges], z), float(np.prod(np.ptp(points, axis=0)))
-    drawing.add((z[k] for k in rings), "evenodd", label, (name,) if name else (), area, crossed=False)
+    drawing.add((z[k] for k in rings), "evenodd", label, (name,) if name else (), area, keep_crossed=False)
 
 
 def _planar(content: Obj, indices: NDArray) -> Real:
@@ -97,10 +97,10 @@ def _remedy(extent: Real, faces: int) -> str:
     return "; flatten it first with iccm flatten" if faces else "; draw it flat, and export it with z up"
 
 
-def _polylines(content: Obj) -> list[tuple[str, Edges]]:
+def polylines(content: Obj) -> list[tuple[str, Edges]]:
     """Return the edges of `l` lines, each with the object or group in force there."""
     vertices = None
-    polylines = []
+    lines = []
     names = [s for s in content.statements if s.keyword in ("o", "g")]
     places = [s.start for s in names]
     for line in _LINE.finditer(content.data):
@@ -119,8 +119,8 @@ def _polylines(content: Obj) -> list[tuple[str, Edges]]:
             )
         number = int(np.searchsorted(places, line.start())) - 1
         name = names[number].text if number >= 0 else ""
-        polylines.append((name, np.column_stack([index[:-1], index[1:]]) - 1))
-    return polylines
+        lines.append((name, np.column_stack([index[:-1], index[1:]]) - 1))
+    return lines
 
 
 def _index(content: Obj, word: bytes, position: int) -> int:

@@ -20,8 +20,8 @@ from ...errors import InputError, naming
 from ...plane import bounding_box
 from ...projection.camera import Camera
 from ...projection.marked import Found, planar, revolved
-from ...projection.method import Canvas
-from ...projection.surfaces import Ball, Flat, Revolved, Surface
+from ...projection.method import FlatView
+from ...projection.surfaces import Ball, Flat, Revolved, SheetSurface
 from ...projection.view import Projected, View, label_size
 from .. import formats, limits
 from ..spec import MARKED, Spec, is_marked, is_view
@@ -63,7 +63,7 @@ def read_pair(source: str, target: str) -> tuple[Shape, Shape]:
         if text == SHEET:
             pair[k] = _sheet_of(pair[1 - k], text)
     balls = [side for side in pair if _is_ball(side)]
-    if balls and not any(isinstance(view_of(side), Canvas) for side in pair):
+    if balls and not any(isinstance(view_of(side), FlatView) for side in pair):
         raise InputError(f"{balls[0].spec}: the other side of a sphere must be a flat picture or a sheet")
     first, second = pair
     return first, second
@@ -87,7 +87,7 @@ def flat_picture(text: str) -> Shape:
 
 def view_of(shape: Shape) -> View:
     """Return how the sheet is seen in the picture of a shape: flat on its canvas, unless it is a view."""
-    return shape.view or Canvas(shape.box)
+    return shape.view or FlatView(shape.box)
 
 
 def _is_ball(shape: Shape) -> bool:
@@ -122,7 +122,7 @@ def _read_view(text: str) -> Shape:
     return _shape(text, Path(kind), view, outline, bounding_box(camera.image(surface.extremes)), flip=False)
 
 
-def _surface(kind: str, sizes: Sequence[float]) -> Surface:
+def _surface(kind: str, sizes: Sequence[float]) -> SheetSurface:
     if kind == "plane":
         return Flat(sizes[0], sizes[1])
     if kind == "sphere":

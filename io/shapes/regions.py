@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
-from ...arrays import Complex
+from ...arrays import Complex, complex_of, xy_of
 from ...curve import Curve
 from ...errors import InputError, naming
 from ...maps.fields import Field
@@ -38,6 +39,8 @@ def read(
     regions: Sequence[str],
     listed: Sequence[str | list[Place]] = (),
     option: str = "--rigid",
+    *,
+    each: bool = False,
 ) -> list[Complex]:
     """Return the outlines of all rigid regions in the core plane: those drawn in a shape, those given, those listed.
 
@@ -48,6 +51,8 @@ def read(
             rigid.
         listed: as `given`, or polygons in the shape's units.
         option: name of the option in messages.
+        each: whether every outline of an element or group of a drawing is a region; else its convex hull is one, so
+            that it moves as one body.
 
     Raises:
         InputError: an element or group that the file does not have, or a picture without white.
@@ -62,7 +67,7 @@ def read(
         elif isinstance(shape, MeshShape):
             outlines += _triangles(shape, region, option)
         else:
-            outlines += _element(shape, region, option)
+            outlines += _element(shape, region, option, each)
     return outlines
 
 
@@ -130,8 +135,8 @@ def _is_drawing(shape: Shape) -> bool:
     return formats.suffix_of(shape.path) in (".svg", ".svgz")
 
 
-def _element(shape: Shape, name: str, option: str) -> list[Complex]:
-    """Return the outlines of an element of a drawing."""
+def _element(shape: Shape, name: str, option: str, each: bool) -> list[Complex]:
+    """Return the outlines of an element or group of a drawing, or the convex hull of several unless `each`."""
     spec = Spec(shape.path, name[len(MARK) :] or None)
     if not _is_drawing(shape):
         raise InputError(
@@ -146,7 +151,11 @@ def _element(shape: Shape, name: str, option: str) -> list[Complex]:
     if not drawing.outlines:
         why = str(drawing.refused[0][1]) if drawing.refused else "it has no outline"
         raise InputError(f"{option} {name}: {why}")
-    return [outline.z.conjugate() if drawing.flip else outline.z for outline in drawing.outlines]
+    outlines = [outline.z.conjugate() if drawing.flip else outline.z for outline in drawing.outlines]
+    if each or len(outlines) == 1:
+        return outlines
+    hull = shapely.convex_hull(shapely.MultiPoint(xy_of(np.concatenate(outlines))))
+    return [complex_of(shapely.get_coordinates(hull)[:-1])]
 
 
 def _triangles(shape: MeshShape, name: str, option: str) -> list[Complex]:

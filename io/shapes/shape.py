@@ -358,6 +358,11 @@ def read(
     )
 
 
+def of_drawing(drawing: DrawingContent, text: str) -> Shape:
+    """Return the shape of everything that a drawing paints, for the spec of its file."""
+    return _whole_shape(drawing, text, Spec.of(text), list(drawing.notes), "auto")
+
+
 def _whole_shape(drawing: DrawingContent, text: str, spec: Spec, notes: list[str], trace: str) -> Shape:
     """Return the shape of everything that a drawing paints, in the tightest frame around all of it."""
     notes += dict.fromkeys(f"ignored: {error}" for _, error in drawing.refused)
@@ -453,9 +458,6 @@ def read_all(text: str, *, flatness: float = 1e-4, trace: str = "auto") -> list[
     ]
 
 
-WEB_FONTS = (".woff", ".woff2")
-
-
 def supported_suffix(path: Path) -> str:
     """Return the suffix of a file, checking that shapes can be read from it.
 
@@ -466,11 +468,8 @@ def supported_suffix(path: Path) -> str:
     if suffix not in SUFFIXES:
         if path.is_dir():
             raise InputError(f"{path}: is a folder; name a file in it")
-        if suffix in WEB_FONTS:
-            raise InputError(
-                f"{path}: web fonts are compressed and not read; name the .ttf or .otf, which "
-                "`fonttools ttLib.woff2 decompress` makes"
-            )
+        if suffix in formats.WEB_FONTS:
+            raise InputError(f"{path}: {formats.WEB_FONT}")
         kind = repr(path.suffix) if path.suffix else "a file without suffix"
         suffixes = sorted({*SUFFIXES, *formats.holding("mesh")})
         if str(path) == "-":

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ... import progress
 from ...arrays import complex_of
 from ...errors import InputError, naming
-from ...pixels.raster import Pieces, depths, dilated, eroded, pieces, resized_by_area, resized_linearly
+from ...pixels.raster import Components, depths, dilated, eroded, pieces, resized_by_area, resized_linearly
 from .. import files, limits
 from ..svg import affine
 from ..svg.drawing_content import DrawingContent, WrappedPicture
@@ -115,16 +115,18 @@ def read(
     Raises:
         InputError: not a picture, too large, or nothing in it stands out.
     """
-    from ..pictures import georeferenced, image_files
+    from ..pictures import georeferenced, image_files, rasters
 
     files.open_input(path, max_bytes=max_bytes)
-    image = image_files.read(path, max_pixels=max_pixels)
+    numbers = rasters.read(path, max_pixels=max_pixels)
+    # what a raster marks as without data is transparent
+    image = numbers if numbers and numbers.alpha >= 0 else image_files.read(path, max_pixels=max_pixels)
     height, width = image.pixels.shape[:2]
     part = part_of(selection)
     with naming(path):
         reading = interpret(image.pixels, image.alpha, trace, part)
         coloured = has_colours(image.pixels, image.alpha, reading)
-        if coloured:
+        if coloured and image is not numbers:
             handed.keep(path, trace, part, image, reading)
         place, note = georeferenced.read(path)
         canvas = (0.0, 0.0, float(width), float(height))
@@ -305,11 +307,13 @@ def has_colours(pixels: NDArray, alpha: int, reading: Reading) -> bool:
     edge = max(height, width) // LINE_WIDTHS_PER_SIDE if reading.kind == "line" else 1
     if reading.field is not None:
         mask = (depths(np.pad(mask, 1)) > edge)[1:-1, 1:-1]
-    colours = straight_colours(pixels, alpha)[mask]
+    colours = straight_colours(pixels, alpha)
+    largest = float(colours.max()) if pixels.dtype.itemsize > 1 else 1.0  # of 16 bits, few may be used
+    colours = colours[mask]
     if not colours.size:
         return False
     low, high = np.quantile(colours, [FEW_SHARE, 1 - FEW_SHARE], axis=0)
-    return bool((high - low).max() > ALIKE_COLOUR_DISTANCE)
+    return bool((high - low).max() > ALIKE_COLOUR_DISTANCE * largest)
 
 
 def straight_colours(pixels: NDArray, alpha: int) -> NDArray[np.float32]:
@@ -422,7 +426,7 @@ def traced(field: NDArray[np.float32], flatness: float = 1e-4) -> tuple[list[Fil
     return sorted(closed_outlines, key=lambda o: -o.area), connected.count - len(order)
 
 
-def _piece(field: NDArray, connected: Pieces, number: int, flatness: float) -> FilledOutline | None:
+def _piece(field: NDArray, connected: Components, number: int, flatness: float) -> FilledOutline | None:
     """Trace one connected piece, counted from 0, with the pixels of all others as background."""
     from skimage.measure import find_contours
 

@@ -252,29 +252,29 @@ class Feet(NamedTuple):
 def _project(points: Complex, edge: NDArray[np.intp], sections: Complex) -> Feet:
     """Project points onto the parts of the curve that belong to their edges and both neighbours."""
     n, steps = sections.shape[0], SAMPLES_PER_EDGE - 1
-    # only onto these: across a thin part, the opposite side may be nearer
-    around = np.concatenate(
-        [np.roll(sections, 1, axis=0)[:, :-1], sections[:, :-1], np.roll(sections, -1, axis=0)], 1
-    )
-    segments = np.diff(around, axis=1)
-    square = np.maximum(np.abs(segments) ** 2, 1e-18)
+    # (n, 3 steps + 1) samples of the curve along each edge and both neighbours. Points are only projected onto these,
+    # since the opposite side of a thin part may be nearer.
+    before, after = np.roll(sections, 1, axis=0), np.roll(sections, -1, axis=0)
+    samples = np.concatenate([before[:, :-1], sections[:, :-1], after], axis=1)
+    segments = np.diff(samples, axis=1)
+    squared_lengths = np.maximum(np.abs(segments) ** 2, 1e-18)
     feet = list[Feet]()
     for k in range(0, points.size, POINTS_AT_ONCE):
         own_edges = edge[k : k + POINTS_AT_ONCE]
         step = segments[own_edges]
-        offset = points[k : k + POINTS_AT_ONCE, None] - around[own_edges, :-1]
-        share = np.clip((offset * step.conj()).real / square[own_edges], 0, 1)
+        offset = points[k : k + POINTS_AT_ONCE, None] - samples[own_edges, :-1]
+        share = np.clip((offset * step.conj()).real / squared_lengths[own_edges], 0, 1)
         distance = np.abs(offset - share * step)
         nearest = distance.argmin(axis=1)
         nearest_index = np.arange(own_edges.size), nearest
-        tangent = step[nearest_index] / np.sqrt(square[own_edges][nearest_index])
+        tangent = step[nearest_index] / np.sqrt(squared_lengths[own_edges][nearest_index])
         feet.append(
             Feet(
-                (own_edges + nearest // steps - 1) % n,
-                nearest % steps,
-                share[nearest_index],
-                tangent,
-                distance[nearest_index],
+                edge=(own_edges + nearest // steps - 1) % n,
+                sample=nearest % steps,
+                share=share[nearest_index],
+                tangent=tangent,
+                distance=distance[nearest_index],
             )
         )
     return Feet(*(np.concatenate(column) for column in zip(*feet))) if feet else _NO_FEET

@@ -117,10 +117,10 @@ class StartingMap(StrictModel):
         )
 
     def map(self, source: Shape, target: Shape) -> TriangulatedMap:
-        """Return the map between two shapes.
+        """Return the map between two shapes; `maps.joined.split` returns those of parts that are mapped separately.
 
         Raises:
-            InputError: the triangles do not form a disk, with or without holes, or overlap.
+            InputError: the triangles do not form disks, with or without holes, or overlap.
         """
         z, w = source.to_core(self.source), target.to_core(self.target)
         faces = np.array(self.triangles, dtype=np.int64)
@@ -135,16 +135,23 @@ class StartingMap(StrictModel):
 
 
 def _loops(z: Complex, faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
-    """Return the boundary loops, the outer one first.
+    """Return the boundary loops of each part, its outer one first.
 
     Raises:
-        InputError: the triangles do not form a disk with holes.
+        InputError: a part is not a disk with holes.
     """
     shape = Triangles(faces, len(z))
     ends = shape.tail[shape.twin < 0]
-    sound = shape.components().max() == 0 and shape.crowded_edges == 0 and np.unique(ends).size == ends.size
-    loops = shape.loops() if sound else []
-    if not loops or shape.count - shape.edge_count + len(faces) != 2 - len(loops):
-        raise InputError("start: the triangles do not form a disk, with or without holes")
-    size = [polygon_area(z[k]) for k in loops]
-    return tuple(loops[k] for k in np.argsort([-s for s in size], kind="stable"))
+    is_sound = shape.crowded_edges == 0 and np.unique(ends).size == ends.size
+    loops = shape.loops() if is_sound else []
+    numbers, ordered = shape.components(), list[NDArray[np.int64]]()
+    for part in range(numbers.max() + 1):
+        own_faces = faces[numbers == part]
+        own = Triangles(
+            np.unique(own_faces, return_inverse=True)[1].reshape(-1, 3), np.unique(own_faces).size
+        )
+        own_loops = [loop for loop in loops if np.isin(loop[0], own_faces)]
+        if not own_loops or own.count - own.edge_count + len(own.faces) != 2 - len(own_loops):
+            raise InputError("start: the triangles do not form a disk, with or without holes")
+        ordered += sorted(own_loops, key=lambda loop: -polygon_area(z[loop]))
+    return tuple(ordered)

@@ -23,7 +23,7 @@ SEPARATORS = "_-. "  # after the specimen's name in longer names of files, as in
 
 
 @dataclass(frozen=True, eq=False)
-class Landmarks:
+class SpecimenLandmarks:
     """The landmarks of a specimen.
 
     Attributes:
@@ -54,7 +54,7 @@ class LandmarkFiles:
     def __init__(self, name: str | None, pictures: Sequence[Path]):
         self._given, self._pictures = name, pictures
         self._listed: dict[str, list[str]] = {}
-        self._all: dict[str, Landmarks] | list[Landmarks] | None = None
+        self._all: dict[str, SpecimenLandmarks] | list[SpecimenLandmarks] | None = None
         if name is not None and STEM not in name and not os.path.isdir(name):
             self._all = _all_of(name)
             if isinstance(self._all, list) and len(self._all) != len(pictures):
@@ -63,7 +63,7 @@ class LandmarkFiles:
                     "name the pictures in IMAGE= lines"
                 )
 
-    def of(self, number: int) -> Landmarks:
+    def of(self, number: int) -> SpecimenLandmarks:
         """Return the landmarks of the specimen with a number, from 0.
 
         Raises:
@@ -116,7 +116,7 @@ class LandmarkFiles:
         return os.path.join(folder, matching[0])
 
 
-def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
+def _all_of(path: str) -> dict[str, SpecimenLandmarks] | list[SpecimenLandmarks]:
     """Return the landmarks of all specimens in a file, by names in lower case, or in order if they have no names.
 
     Raises:
@@ -127,7 +127,7 @@ def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
         with naming(path):
             blocks = specimens_of(data)
         specimens = [
-            (name, Landmarks(path, _numbered(points), points, upward=True)) for name, points in blocks
+            (name, SpecimenLandmarks(path, _numbered(points), points, upward=True)) for name, points in blocks
         ]
         if not any(name for name, _ in specimens):
             return [landmarks for _, landmarks in specimens]
@@ -147,11 +147,11 @@ def _all_of(path: str) -> dict[str, Landmarks] | list[Landmarks]:
     specimens = []
     for name, numbers in rows.items():
         called = _numbered(points[numbers], [names[k] for k in numbers] if names else ())
-        specimens.append((name, Landmarks(path, called, points[numbers], upward=False)))
+        specimens.append((name, SpecimenLandmarks(path, called, points[numbers], upward=False)))
     return _by_name(path, specimens)
 
 
-def _by_name(path: str, specimens: list[tuple[str, Landmarks]]) -> dict[str, Landmarks]:
+def _by_name(path: str, specimens: list[tuple[str, SpecimenLandmarks]]) -> dict[str, SpecimenLandmarks]:
     names = [name.casefold() for name, _ in specimens]
     repeated = next((name for name, count in Counter(names).items() if count > 1), None)
     if repeated is not None:
@@ -159,7 +159,7 @@ def _by_name(path: str, specimens: list[tuple[str, Landmarks]]) -> dict[str, Lan
     return {Path(name).name: landmarks for name, (_, landmarks) in zip(names, specimens)}
 
 
-def _read(path: str) -> Landmarks:
+def _read(path: str) -> SpecimenLandmarks:
     """Read a file with the landmarks of one specimen.
 
     Raises:
@@ -171,7 +171,7 @@ def _read(path: str) -> Landmarks:
     file = document.read(path)
     if not file.geometry.points.size:
         raise InputError(f"{path}: contains no points")
-    return Landmarks(
+    return SpecimenLandmarks(
         path, _numbered(file.geometry.points, file.geometry.names), file.geometry.points, file.upward
     )
 

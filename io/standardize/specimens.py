@@ -20,7 +20,7 @@ from ..pictures import image_files
 from ..shapes import shape
 from ..shapes.shape import Shape
 from ..spec import Spec
-from .landmarks import Landmarks
+from .landmarks import SpecimenLandmarks
 
 CANVAS_PROPORTIONS_SHARE = 0.01  # by which the canvas of an outline may be wider or narrower than its picture
 
@@ -63,8 +63,8 @@ class Specimen:
         source = Spec.of(self.source)
         if not _is_picture(self.picture) or str(source.path) != self.picture:
             raise InputError(
-                f"{self.source}: is reflected, which only works for pictures without an outline in another file; "
-                "mirror it before"
+                f"{self.source}: cannot be reflected, because it is not a picture, or has its outline in another file; "
+                "mirror the file itself"
             )
         image = image_files.read(self.picture)
         path = folder / f"{self.name}.png"
@@ -114,7 +114,7 @@ def specs_of(names: Sequence[str]) -> list[str]:
     return sorted(specs, key=lambda text: Spec.of(text).path.stem)
 
 
-def read(text: str, landmarks: Landmarks, outline: str | None = None) -> Specimen:
+def read(text: str, landmarks: SpecimenLandmarks, outline: str | None = None) -> Specimen:
     """Read a specimen.
 
     Args:

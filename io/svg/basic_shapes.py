@@ -11,11 +11,11 @@ from ...errors import InputError
 from ...plane import bounding_box
 from . import path_data
 from .budget import Budget
-from .curves import Bezier, Lines
+from .curves import Bezier, Polyline
 from .path_data import PenPath
 
 
-class Shape(Protocol):
+class ShapeNode(Protocol):
     """The interface of a node of a path or basic shape."""
 
     tag: str
@@ -26,7 +26,7 @@ class Shape(Protocol):
         """Return a length as `Node.length` does."""
 
 
-def pen_paths(shape: Shape, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
+def pen_paths(shape: ShapeNode, budget: Budget | None = None, *, joined: bool = False) -> list[PenPath]:
     """Return the subpaths of a shape in its own coordinates; arguments and errors as for `path_data.runs`.
 
     As SVG 2 (9.5.4) requires, malformed path data and point lists are drawn up to the error, which is added to the
@@ -39,7 +39,7 @@ def pen_paths(shape: Shape, budget: Budget | None = None, *, joined: bool = Fals
         if len(values) % 2 and not faults:
             faults.append(f"points: {len(values)} numbers; x and y of each point are needed")
         budget.segments.spend(z.size)
-        pieces: list[Any] = [Lines(z)] if joined else [Bezier(ends) for ends in pairwise(z.tolist())]
+        pieces: list[Any] = [Polyline(z)] if joined else [Bezier(ends) for ends in pairwise(z.tolist())]
         runs = [PenPath(complex(z[0]), pieces, shape.tag == "polygon")] if z.size else []
     else:
         runs = path_data.runs(_PATH[shape.tag](shape), budget, joined=joined, faults=faults)
@@ -47,7 +47,7 @@ def pen_paths(shape: Shape, budget: Budget | None = None, *, joined: bool = Fals
     return runs
 
 
-def box_of(shape: Shape) -> Complex | None:
+def box_of(shape: ShapeNode) -> Complex | None:
     """Return two opposite corners of a shape's bounding box in its own coordinates, to about a thousandth.
 
     None where there is nothing to bound.
@@ -57,11 +57,11 @@ def box_of(shape: Shape) -> Complex | None:
     return np.array(bounding_box(np.concatenate(z))) if z else None
 
 
-def _line(shape: Shape) -> str:
+def _line(shape: ShapeNode) -> str:
     return _text("M", (shape.length(f"{axis}{end}", axis) for end in "12" for axis in "xy"))
 
 
-def _ellipse(shape: Shape) -> str:
+def _ellipse(shape: ShapeNode) -> str:
     if shape.tag == "circle":
         rx = ry = _positive(shape, "r", "r")
     else:
@@ -74,7 +74,7 @@ def _ellipse(shape: Shape) -> str:
     return f"{_text('M', (x + rx, y))}{halves[0]}{halves[1]}Z"
 
 
-def _rectangle(shape: Shape) -> str:
+def _rectangle(shape: ShapeNode) -> str:
     x, y, w, h = shape.length("x", "x"), shape.length("y", "y"), _positive(shape, "width", "x"), 0.0
     h = _positive(shape, "height", "y")
     if not w or not h:
@@ -95,7 +95,7 @@ def _rectangle(shape: Shape) -> str:
     return _text("M", (x + rx, y)) + "".join(sides) + "Z"
 
 
-def _positive(shape: Shape, name: str, axis: str) -> float:
+def _positive(shape: ShapeNode, name: str, axis: str) -> float:
     value = shape.length(name, axis)
     if value < 0:
         raise InputError(f"{name} is {value:g}; it must not be negative")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Complex, Index, Real
 from .affine import Affine
-from .curves import Arc, Bezier, Lines, Piece
+from .curves import Arc, Bezier, Piece, Polyline
 
 ROUGH = np.array([0.25, 0.5, 0.75])
 
@@ -27,7 +27,7 @@ class Batch:
     bend: Real
 
     def at(self, segment: Index, t: Real) -> Complex:
-        """Return points at parameters t of the segments `which`."""
+        """Return points at parameters t of the segments `segment`."""
         raise NotImplementedError
 
     def counts(self, tolerance: Real) -> Index:
@@ -71,7 +71,7 @@ class Beziers(Batch):
         self.bend = degree * (degree - 1) * bend
 
     def at(self, segment: Index, t: Real) -> Complex:
-        """Return points at parameters t of the segments `which`, by de Casteljau's algorithm."""
+        """Return points at parameters t of the segments `segment`, by de Casteljau's algorithm."""
         points = [column[segment] for column in self.p.T]
         while len(points) > 1:
             points = [a * (1 - t) + b * t for a, b in pairwise(points)]
@@ -92,7 +92,7 @@ class Arcs(Batch):
         self.bend = np.hypot(np.abs(self.u), np.abs(self.v)) * self.sweep**2
 
     def at(self, segment: Index, t: Real) -> Complex:
-        """Return points at parameters t of the segments `which`."""
+        """Return points at parameters t of the segments `segment`."""
         angle = self.begin[segment] + self.sweep[segment] * t
         return self.centre[segment] + self.u[segment] * np.cos(angle) + self.v[segment] * np.sin(angle)
 
@@ -100,12 +100,12 @@ class Arcs(Batch):
 class Stretches(Batch):
     """Polylines of straight segments; their points are their vertices."""
 
-    def __init__(self, number: Index, pieces: Sequence[Lines], affine: Affine):
+    def __init__(self, number: Index, pieces: Sequence[Polyline], affine: Affine):
         self.number = number
         self.z = [affine(piece.z) for piece in pieces]
 
     def counts(self, tolerance: Real) -> Index:
-        """Return the numbers of vertices except the first, whatever the tolerance."""
+        """Return the number of vertices of each polyline, without its first; the tolerance is not used."""
         return np.array([z.size - 1 for z in self.z])
 
     def rough(self) -> tuple[Complex, Index]:
@@ -117,12 +117,12 @@ class Stretches(Batch):
         return np.concatenate([z[1:] for z in self.z])
 
 
-def batches(pieces: Sequence[Piece | Lines], affine: Affine) -> list[Batch]:
+def batches(pieces: Sequence[Piece | Polyline], affine: Affine) -> list[Batch]:
     """Group segments by kind."""
     groups: dict[Any, list[int]] = {}
     for number, piece in enumerate(pieces):
         groups.setdefault(len(piece.p) if isinstance(piece, Bezier) else type(piece), []).append(number)
-    makers: dict[Any, Any] = {Arc: Arcs, Lines: Stretches}
+    makers: dict[Any, Any] = {Arc: Arcs, Polyline: Stretches}
     return [
         makers.get(kind, Beziers)(np.array(numbers), [pieces[k] for k in numbers], affine)
         for kind, numbers in groups.items()

@@ -267,24 +267,27 @@ def _blur(out: Element, words: Sequence[str], _color: str) -> float:
 
 
 def _drop_shadow(out: Element, words: Sequence[str], color: str) -> float:
+    """Add the primitives of a shadow; return how far it reaches beyond the graphic.
+
+    They are used in place of feDropShadow, which Inkscape does not know, and resvg colours otherwise.
+    """
     lengths: list[float] = []
     for word in words:
         try:
             lengths.append(_length(word, 0))
-        except InputError:
+        except InputError:  # the color may come before or after the lengths
             color = word if word.lower() != "currentcolor" else color
     dx, dy, deviation = [*lengths, 0.0][:3]
-    # in place of feDropShadow, which Inkscape does not know, and resvg colours otherwise
-    before, shadow = "SourceGraphic", f"shadow-{len(out)}"
-    if len(out):
-        before = f"before-{len(out)}"
-        out[-1].set("result", before)
-    SubElement(out, f"{_SVG}feGaussianBlur", {"in": before, "stdDeviation": repr(deviation)})
+    graphic, shadow = "SourceGraphic", f"shadow-{len(out)}"
+    if len(out):  # the result of the filter function before this one
+        graphic = f"before-{len(out)}"
+        out[-1].set("result", graphic)
+    SubElement(out, f"{_SVG}feGaussianBlur", {"in": graphic, "stdDeviation": repr(deviation)})
     SubElement(out, f"{_SVG}feOffset", {"dx": repr(dx), "dy": repr(dy), "result": shadow})
     SubElement(out, f"{_SVG}feFlood", {"flood-color": color})
     SubElement(out, f"{_SVG}feComposite", {"in2": shadow, "operator": "in", "result": shadow})
     merge = SubElement(out, f"{_SVG}feMerge")
-    for layer in (shadow, before):
+    for layer in (shadow, graphic):
         SubElement(merge, f"{_SVG}feMergeNode", {"in": layer})
     return _SIGMAS * deviation + max(abs(dx), abs(dy))
 

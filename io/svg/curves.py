@@ -37,7 +37,7 @@ class Piece(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class Polyline:
     """A polyline through the vertices z (n,), stored without an object for each of its segments."""
 
     z: Complex

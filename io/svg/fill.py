@@ -87,7 +87,7 @@ def outlines(
     name: str,
     notes: tuple[str, ...] = (),
     *,
-    crossed: bool = True,
+    keep_crossed: bool = True,
     paint: Paint | None = None,
     budget: FaceBudget | None = None,
 ) -> tuple[list[FilledOutline], list[Refused]]:
@@ -95,7 +95,7 @@ def outlines(
 
     Rings are closed implicitly, and may overlap, nest and touch each other; the result is what the fill shows. If a
     ring crosses itself in loops of less than HARMLESS_AREA_SHARE of its area, these are cut off. If the loops are
-    larger, it is painted as it is, with a note; or, without `crossed`, it is refused, and the others are painted
+    larger, it is painted as it is, with a note; or, without `keep_crossed`, it is refused, and the others are painted
     without it. `paint` replaces the function `painted`. `budget` is that of the drawing.
 
     Returns:
@@ -121,16 +121,14 @@ def outlines(
         if is_flat:
             continue
         lobes, twisted, place = _untangled(ring, polygon, budget)
-        simple.extend(lobes if crossed or not place else [])
-        if place and crossed:
-            notes = (
-                *notes,
-                f"{name}: the outline crosses itself {place}; the area that its fill paints is used",
-            )
-        elif place:
-            refused.append(
-                (twisted, InputError(f"{name}: the outline crosses itself {place}; remove the crossing"))
-            )
+        fault = f"{name}: the outline crosses itself {place}"
+        if not place:
+            simple.extend(lobes)
+        elif keep_crossed:
+            simple.extend(lobes)
+            notes = (*notes, f"{fault}; the area that its fill paints is used")
+        else:
+            refused.append((twisted, InputError(f"{fault}; remove the crossing")))
     polygons = paint(simple, rule)
     painted_outlines = outlines_of(shapely.MultiPolygon(polygons), name, notes)
     if not painted_outlines and not refused:

@@ -13,7 +13,7 @@ from . import tree
 from .budget import Budget
 from .crossings import TooMuch
 from .document import drawing_bytes
-from .reader import Detail, is_constraint
+from .reader import CurveFlattener, is_constraint
 from .strokes import painted_by_stroke
 from .tree import Node
 
@@ -41,7 +41,7 @@ def flat_areas(path: Path) -> dict[Colour, shapely.Geometry] | None:
     nodes = [node for node in document.shapes if not is_constraint(node)]
     if document.pictures or document.unset_texts or len(nodes) > MOST_SHAPES:
         return None
-    detail = Detail(FLATNESS, Budget(limits.SEGMENTS))
+    flattener = CurveFlattener(FLATNESS, Budget(limits.SEGMENTS))
     seen: dict[Colour, shapely.Geometry] = {}
     try:
         for node in nodes:
@@ -49,7 +49,7 @@ def flat_areas(path: Path) -> dict[Colour, shapely.Geometry] | None:
                 colour = _flat_colour(node, kind)
                 if colour is None:
                     return None
-                for area in _areas(node, kind, detail):
+                for area in _areas(node, kind, flattener):
                     _paint(seen, colour, area)
                 if len(seen) > MOST_COLOURS:
                     return None
@@ -85,12 +85,12 @@ def css_colour(paint: str, node: Node) -> RGBA | None:
     return colour if isinstance(colour, RGBA) else None
 
 
-def _areas(node: Node, kind: str, detail: Detail) -> Iterator[shapely.Geometry]:
+def _areas(node: Node, kind: str, flattener: CurveFlattener) -> Iterator[shapely.Geometry]:
     """Yield the areas that a fill or stroke paints, cut by clip paths."""
-    runs = detail.runs(node)
-    regions = detail.fills.of(node, runs) if kind == "fill" else [painted_by_stroke(node, runs)]
+    runs = flattener.runs(node)
+    regions = flattener.fills.of(node, runs) if kind == "fill" else [painted_by_stroke(node, runs)]
     for region in regions:
-        yield detail.clips.cut(node, region)
+        yield flattener.clips.cut(node, region)
 
 
 def _paint(seen: dict[Colour, shapely.Geometry], colour: Colour, area: shapely.Geometry) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import NamedTuple
 from unicodedata import bidirectional
 
@@ -18,6 +19,8 @@ _ANY = (
 _LEFTWARD = {"R", "AL"}  # classes of Unicode's bidirectional algorithm
 _EITHER_WAY = {"NSM", "WS", "ON", "CS", "ES", "ET"}
 _SPACES = " \u00a0"
+_FAMILY_NAME = 1
+"""Number of the family in a font's table of names."""
 
 
 class Spacing(NamedTuple):
@@ -54,6 +57,7 @@ class Font:
     Attributes:
         ascent, descent: heights of the ascenders, and depth of the descenders.
         line_height: from the descenders to the ascenders.
+        family: its name.
 
     Args:
         path: of an OpenType or TrueType file.
@@ -71,6 +75,7 @@ class Font:
         if any(axis.tag == "wght" for axis in self._font.face.axis_infos):
             self._font.set_variations({"wght": weight})
         self._em = self._font.face.upem
+        self.family = self._font.face.get_name(_FAMILY_NAME) or Path(path).stem
         extents = self._font.get_font_extents("ltr")
         self.ascent, self.descent = extents.ascender / self._em, -extents.descender / self._em
         self.line_height = self.ascent + self.descent  # without a gap between lines

@@ -21,6 +21,17 @@ _GENERIC = {
     "system-ui": ("segoe ui", "sf pro", "helvetica neue", "dejavu sans"),
 }
 """Of each generic family of CSS, the families to look for where there is no fontconfig, the first one preferred."""
+_ALIKE = {
+    "arial": ("liberation sans", "arimo"),
+    "helvetica": ("liberation sans", "arimo", "nimbus sans"),
+    "times new roman": ("liberation serif", "tinos"),
+    "times": ("liberation serif", "tinos", "nimbus roman"),
+    "courier new": ("liberation mono", "cousine"),
+    "courier": ("liberation mono", "cousine", "nimbus mono ps"),
+    "calibri": ("carlito",),
+    "cambria": ("caladea",),
+}
+"""Families whose letters are as wide as those of another one, and which browsers take in its place."""
 SUFFIXES = (".ttf", ".otf", ".ttc", ".otc")
 _FAMILY_NAMES = 1, 16
 """Numbers of the names of a family in a font's table of names: with four styles at most, and typographic."""
@@ -66,7 +77,8 @@ def font_file(family: str, weight: int = 400, slant: int = 0) -> tuple[str, int]
             arguments, capture_output=True, text=True, timeout=FONTCONFIG_SECONDS, check=True
         ).stdout
         names, path, number = output.split("\n")[:3]
-        if family not in _GENERIC and family not in names.casefold().split(","):
+        accepted = {family, *_ALIKE.get(family, ())}
+        if family not in _GENERIC and accepted.isdisjoint(names.casefold().split(",")):
             return None
         return path, int(number) & 0xFFFF if path.lower().endswith((".ttc", ".otc")) else 0
     except Exception:  # treat a broken fontconfig as a missing font
@@ -76,7 +88,7 @@ def font_file(family: str, weight: int = 400, slant: int = 0) -> tuple[str, int]
 def _listed(family: str, weight: int, *, slanted: bool) -> tuple[str, int] | None:
     """Return the font of a family with the nearest style, for systems without fontconfig."""
     fonts = _fonts(folders())
-    for name in _GENERIC.get(family, (family,)):
+    for name in _GENERIC.get(family, (family, *_ALIKE.get(family, ()))):
         styles = [font for font in fonts if name in font.families]
         if styles:
             best = min(

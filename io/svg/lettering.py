@@ -1,4 +1,4 @@
-"""Text as outlines of its letters, where its font is found (`installed_fonts`) and it is set plainly.
+"""Text as outlines of its letters, where it is set plainly; a font that is not installed is replaced as in browsers.
 
 Text that needs more than lines of letters, such as spans in which letters run both ways, is left as text.
 """
@@ -38,6 +38,8 @@ _VERTICAL = {"tb", "tb-rl", "vertical-rl", "vertical-lr"}  # values of `writing-
 _HORIZONTAL = {"lr", "lr-tb", "rl", "rl-tb", "horizontal-tb"}
 SMALL_CAPITAL_EMS = 0.7
 """Size of small capitals in fonts without glyphs for them, as in browsers."""
+_SUBSTITUTE = "sans-serif"
+"""Family for text whose fonts are not installed, or lack some of its letters."""
 LINE_EMS = 0.1
 """Width of lines under, over or through text, as in Chromium."""
 _LINES = ("underline", "overline", "line-through")
@@ -78,6 +80,7 @@ class Lettering:
 
     Attributes:
         reason: why the last text that was not outlined was not, as a clause.
+        substitution: in which font the last text is set, and why, as a clause; empty where it is in its own.
     """
 
     def __init__(
@@ -89,7 +92,7 @@ class Lettering:
         most = limits.SVG_LETTERS
         self._letters = Quota(most, f"it contains more than {most} letters; convert text to paths")
         self._families: set[tuple[str, int, int]] = set()
-        self.reason = ""
+        self.reason = self.substitution = ""
 
     def path_data(self, element: Element, properties: Mapping[str, str]) -> str | None:
         """Return a <text> as path data in its own units; None where it stays text.
@@ -112,6 +115,7 @@ class Lettering:
         Raises:
             InputError: there are too many letters.
         """
+        self.substitution = ""
         try:
             if properties.get("baseline-shift", "0").strip() not in ("0", "0px", "baseline"):
                 raise _NotPlainError
@@ -236,7 +240,7 @@ class Lettering:
         """
         parts: list[tuple[tuple[str, ...], str]] = []
         x, y = 0.0, 0.0
-        line: list[Piece] = []
+        line: list[TextRun] = []
         anchor, runs_in_line = 0.0, 0
         count, width = 0, 0.0
         path: str | None = None
@@ -295,7 +299,7 @@ class Lettering:
                     * stretch
                 )
                 line.append(
-                    Piece(
+                    TextRun(
                         *(part, font, size, x, y - raised, spacing, stretch, track, rotation, paint),
                         *(advance, lines, vertical, upright),
                     )
@@ -316,24 +320,20 @@ class Lettering:
         except (InputError, ValueError):
             raise _NotPlainError("its font size or weight is not supported") from None
         slant = {"italic": 100, "oblique": 110}.get(style.get("font-style", "normal").strip(), 0)
-        for name in style.get("font-family", "").split(","):
-            key = (name.strip().strip("'\"").casefold(), weight_number, slant)
+        families = [name.strip().strip("'\"") for name in style.get("font-family", "").split(",")]
+        lacking = ""
+        for name in [*filter(None, families), _SUBSTITUTE]:
+            key = (name.casefold(), weight_number, slant)
             self._families.add(key)
-            font = _matched(*key) if key[0] and len(self._families) <= limits.SVG_FONTS else None
+            font = _matched(*key) if len(self._families) <= limits.SVG_FONTS else None
             if font and all(map(font.sets, in_visual_order(text))) and size > 0:
                 if font.is_coloured(text):
-                    raise _NotPlainError(f"the font {name.strip()} has its own colors")
+                    raise _NotPlainError(f"the font {name} has its own colors")
+                if name not in families:
+                    self.substitution = f"text in {font.family}, since {_missing(families, lacking)}"
                 return font, size
-            if font:
-                raise _NotPlainError(
-                    f"the font {name.strip()} lacks some of its letters, or they cannot be joined"
-                )
-        families = style.get("font-family", "").strip()
-        raise _NotPlainError(
-            f"its font {families} is not installed"
-            if families
-            else "it names no font, so that programs differ"
-        )
+            lacking = lacking or name * (font is not None)
+        raise _NotPlainError(_missing(families, lacking))
 
     def _with_small_capitals(self, runs: list["Run"]) -> list["Run"]:
         """Return runs in which small capitals are set as capitals of a smaller size, as browsers do."""
@@ -357,6 +357,14 @@ class Lettering:
                     part_style = {k: v for k, v in part_style.items() if k not in _MOVES}
                 split.append(("".join(letters).upper(), part_style))
         return split
+
+
+def _missing(families: Sequence[str], lacking: str) -> str:
+    """Return why text cannot be set in its fonts, as a clause; `lacking` is the first of them that is installed."""
+    if lacking:
+        return f"the font {lacking} lacks some of its letters, or they cannot be joined"
+    names = ", ".join(filter(None, families))
+    return f"its font {names} is not installed" if names else "it names no font"
 
 
 _SMALL_CAPITALS = {"small-caps", "all-small-caps"}
@@ -453,7 +461,7 @@ class _Spans:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class TextRun:
     """Letters that are set one after the other.
 
     Attributes:

@@ -16,7 +16,7 @@ from .. import limits
 from .affine import Affine
 from .batches import Batch, batches
 from .budget import Budget
-from .curves import Lines, Piece, arc, bezier
+from .curves import Piece, Polyline, arc, bezier
 
 _COUNTS = {"M": 2, "Z": 0, "L": 2, "H": 1, "V": 1, "C": 6, "S": 4, "Q": 4, "T": 2, "A": 7}
 # possessive quantifiers (++, *+) avoid backtracking: a megabyte of spaces takes no longer than other text
@@ -175,7 +175,7 @@ def runs(
     Args:
         d: path data.
         budget: limit that segments count towards.
-        joined: whether a sequence of lines may be stored as one piece, `Lines`.
+        joined: whether a sequence of lines may be stored as one piece, `Polyline`.
         faults: as for `commands`.
 
     Raises:
@@ -222,12 +222,12 @@ class _Pen:
     control: complex = 0j
     down: bool = False
 
-    def stretch(self, relative: bool, values: list[float]) -> Lines:
+    def stretch(self, relative: bool, values: list[float]) -> Polyline:
         """Return the lines of one command as one piece."""
         z = np.concatenate([[self.position], np.array(values).view(np.complex128)])
         z = np.cumsum(z) if relative else z
         self.position, self.last, self.control = complex(z[-1]), "L", complex(z[-1])
-        return Lines(z)
+        return Polyline(z)
 
     def draw(self, kind: str, relative: bool, values: list[float]) -> Piece:
         """Return the segment of one command, given its numbers."""

@@ -78,55 +78,79 @@ def read(
     data = drawing_bytes(path, max_bytes)
     with naming(path):
         document = tree.parse(data)
-        shapes, shown_nodes = document.shapes, []
         drawing = DrawingContent(
             [], document.canvas, flip=True, millimetres=document.millimetres, unit=document.unit
         )
-        detail = Detail(flatness, Budget(max_segments))
-        without_area: dict[Node, Refused] = {}
+        flattener = CurveFlattener(flatness, Budget(max_segments))
         if count := document.unread:
             rules = f"{count} style rule{'s' * (count > 1)}"
             drawing.notes.append(f"{rules} ignored: a malformed selector, or a pseudo-class such as :hover")
-        _check_size(shapes, max_segments)
-        detail.flatten_ahead([node for node in shapes if _may_be_outline(node, selection)])
-        for node in shapes:
-            with naming(node.name):
-                deadline.check("reading it")
-                if not (_constraint(node, drawing, detail) or _rigid(node, selection, drawing, detail)):
-                    shown_nodes.append(node)
-                    if nothing := _candidate(node, selection, drawing, detail):
-                        without_area[node] = nothing
+        _check_size(document.shapes, max_segments)
+        shown_nodes, without_area = _read_shapes(document.shapes, selection, drawing, flattener)
         for node in document.pictures:
             with naming(node.name):
-                _picture(node, selection, drawing, detail)
+                _picture(node, selection, drawing, flattener)
         if selection is None:
-            lines = [
-                node for node in shown_nodes if node.stroked and (not node.filled or node in without_area)
-            ]
-            _closed_lines(drawing, lines, detail)
-            places = [
-                polygon_of(outline.z, *outline.holes)
-                for outline in drawing.outlines
-                if outline.name.startswith("<image>")
-            ]
-            paint = partial(_paint, drawing, shown_nodes, places, detail)
-            drawing = replace(drawing, paint=paint, has_lines=any(node.stroked for node in shown_nodes))
-            if len(document.pictures) == 1 and not any(node.visible for node in shown_nodes):
-                drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
+            drawing = _with_whole(drawing, document, shown_nodes, without_area, flattener)
         drawing = replace(drawing, coloured=_has_colours(shown_nodes, document))
         drawing.notes.extend(
             f"{count} text{'s' * (count > 1)} ignored, since {reason}; convert text to paths in your drawing program"
             for reason, count in Counter(document.unset_texts.values()).items()
         )
-        drawing.notes.extend(f"{node.name}: drawn up to {node.faults[0]}" for node in shapes if node.faults)
-        _special(drawing, document, shown_nodes, selection, detail)
+        drawing.notes.extend(
+            f"{count} × {substitution}"
+            for substitution, count in Counter(document.substituted_texts.values()).items()
+        )
+        drawing.notes.extend(
+            f"{node.name}: drawn up to {node.faults[0]}" for node in document.shapes if node.faults
+        )
+        _special(drawing, document, shown_nodes, selection, flattener)
         if not drawing.outlines:
             drawing.refused.extend(without_area.values())
     drawing.outlines.sort(key=lambda o: -o.area)
     return drawing
 
 
-class Detail:
+def read_lines(
+    path: Path,
+    selection: str | None = None,
+    *,
+    flatness: float = 1e-4,
+    max_segments: int = limits.SEGMENTS,
+) -> tuple[DrawingContent, list[tuple[str, Subpath]]]:
+    """Read the lines of an SVG, or of one element or group, along which drawings are bent.
+
+    Args:
+        path: the file.
+        selection: id or Inkscape label of an element or group, whose lines need not be visible.
+        flatness: tolerance of flattened curves relative to the diagonal of each subpath.
+        max_segments: limit on lines and curves.
+
+    Returns:
+        The drawing without outlines, and each subpath with the name of its element. Without a selection, these are the
+        subpaths of the visible shapes without a fill, or of all visible shapes if there are none.
+
+    Raises:
+        InputError: not SVG, an unknown name, or more work than is allowed.
+    """
+    with naming(path):
+        document = tree.parse(drawing_bytes(path, limits.SVG_BYTES))
+        drawing = DrawingContent(
+            [], document.canvas, flip=True, millimetres=document.millimetres, unit=document.unit
+        )
+        flattener = CurveFlattener(flatness, Budget(max_segments))
+        _check_size(document.shapes, max_segments)
+        nodes = [node for node in document.shapes if not is_constraint(node)]
+        drawing.ids.update(dict.fromkeys(name for node in nodes for name in (*node.groups, *node.names)))
+        if selection is None:
+            lines = [node for node in nodes if node.stroked and not node.filled]
+            nodes = lines or [node for node in nodes if node.visible]
+        else:
+            nodes = [node for node in nodes if selection in (*node.groups, *node.names)]
+        return drawing, [(node.name, run) for node in nodes for run in flattener.runs(node) if run.z.size > 1]
+
+
+class CurveFlattener:
     """Flattens the curves of a drawing within a budget, and applies its clip paths.
 
     Args:
@@ -187,6 +211,50 @@ class Detail:
         return self._rings[node]
 
 
+def _read_shapes(
+    shapes: list[Node], selection: str | None, drawing: DrawingContent, flattener: CurveFlattener
+) -> tuple[list[Node], dict[Node, Refused]]:
+    """Add constraints, rigid regions and the outlines of fills to the drawing.
+
+    Returns:
+        The shapes that are not constraints or regions, and those of them whose fill encloses no area, each with the
+        reason.
+    """
+    flattener.flatten_ahead([node for node in shapes if _may_be_outline(node, selection)])
+    shown_nodes, without_area = list[Node](), dict[Node, Refused]()
+    for node in shapes:
+        with naming(node.name):
+            deadline.check("reading it")
+            if _constraint(node, drawing, flattener) or _rigid(node, selection, drawing, flattener):
+                continue
+            shown_nodes.append(node)
+            if refused := _candidate(node, selection, drawing, flattener):
+                without_area[node] = refused
+    return shown_nodes, without_area
+
+
+def _with_whole(
+    drawing: DrawingContent,
+    document: tree.Document,
+    shown_nodes: list[Node],
+    without_area: dict[Node, Refused],
+    flattener: CurveFlattener,
+) -> DrawingContent:
+    """Return a drawing of which nothing is selected with the outlines of its lines, and everything that it paints."""
+    lines = [node for node in shown_nodes if node.stroked and (not node.filled or node in without_area)]
+    _closed_lines(drawing, lines, flattener)
+    pictures = [
+        polygon_of(outline.z, *outline.holes)
+        for outline in drawing.outlines
+        if outline.name.startswith("<image>")
+    ]
+    paint = partial(_paint, drawing, shown_nodes, pictures, flattener)
+    drawing = replace(drawing, paint=paint, has_lines=any(node.stroked for node in shown_nodes))
+    if len(document.pictures) == 1 and not any(node.visible for node in shown_nodes):
+        drawing = replace(drawing, wrapped=_wrapped(document.pictures[0]))
+    return drawing
+
+
 def _check_size(shapes: list[Node], max_segments: int) -> None:
     """Refuse a drawing that would exceed its limits before flattening it.
 
@@ -207,7 +275,7 @@ def _special(
     document: tree.Document,
     shown_nodes: list[Node],
     selection: str | None,
-    detail: Detail,
+    flattener: CurveFlattener,
 ) -> None:
     """Add outlines that do not belong to a single element: the drawing's silhouette, and its canvas."""
     if selection is not None and selection in document.tags and selection not in drawing.ids:
@@ -227,8 +295,8 @@ def _special(
         visible = [node for node in shown_nodes if node.visible]
         label = "the silhouette" if selection else "the silhouette of its strokes"
         drawing.notes.extend(_ignored_properties(visible))
-        shapes = ((d, detail.runs(d)) for d in visible)
-        drawing.outlines.extend(silhouette(shapes, label, detail.clips.cut))
+        shapes = ((d, flattener.runs(d)) for d in visible)
+        drawing.outlines.extend(silhouette(shapes, label, flattener.clips.cut))
 
 
 def _ignored_properties(shapes: list[Node]) -> list[str]:
@@ -250,7 +318,9 @@ def _may_be_outline(node: Node, selection: str | None) -> bool:
     return node.filled if selection is None else selection in (*node.groups, *node.names)
 
 
-def _candidate(node: Node, selection: str | None, drawing: DrawingContent, detail: Detail) -> Refused | None:
+def _candidate(
+    node: Node, selection: str | None, drawing: DrawingContent, flattener: CurveFlattener
+) -> Refused | None:
     """Add a shape's outlines to the drawing, or the reason why it has none.
 
     If its fill encloses no area, and it is not chosen, the reason is returned instead, since other shapes may have
@@ -260,16 +330,16 @@ def _candidate(node: Node, selection: str | None, drawing: DrawingContent, detai
     drawing.ids.update(dict.fromkeys(names))
     if (selection is None and not node.filled) or (selection is not None and selection not in names):
         return None
-    runs = detail.runs(node)
+    runs = flattener.runs(node)
     rings: list[Complex] = []
     notes = [f"{node.name}: its {name} is ignored" for name in _unsupported_clips(node)]
     notes += [
         f"{node.name}: simplified from {run.original_size} to {run.z.size} points, within "
-        f"{THINNED_TOLERANCE_SHARE * detail.flatness:g} of its size"
+        f"{THINNED_TOLERANCE_SHARE * flattener.flatness:g} of its size"
         for run in runs
         if run.original_size
     ]
-    for run, ring in zip(runs, detail.rings(node)):
+    for run, ring in zip(runs, flattener.rings(node)):
         try:
             rings.append(_ring(run, ring, node, notes))
         except InputError as error:
@@ -281,7 +351,7 @@ def _candidate(node: Node, selection: str | None, drawing: DrawingContent, detai
         return None
     rule = node.properties.get("fill-rule", "nonzero").strip()
     try:
-        fills = detail.fills
+        fills = flattener.fills
         shape_outlines, refused = outlines(
             rings, rule, node.name, tuple(notes), paint=fills.painted, budget=fills.budget
         )
@@ -293,7 +363,7 @@ def _candidate(node: Node, selection: str | None, drawing: DrawingContent, detai
             return 0.0, reason
         shape_outlines, refused = [], [(0.0, reason)]
     try:
-        shape_outlines = _clipped(shape_outlines, node, detail)
+        shape_outlines = _clipped(shape_outlines, node, flattener)
     except TooMuch as error:
         shape_outlines, refused = [], [_too_much(runs, node, error)]
     number = len(drawing.outlines)
@@ -324,7 +394,7 @@ def _has_colours(shown_nodes: list[Node], document: tree.Document) -> bool:
     return len(paints) > 1
 
 
-def _picture(node: Node, selection: str | None, drawing: DrawingContent, detail: Detail) -> None:
+def _picture(node: Node, selection: str | None, drawing: DrawingContent, flattener: CurveFlattener) -> None:
     """Add the rectangle of an embedded picture to the outlines of the drawing."""
     names = (*node.groups, *node.names)
     drawing.ids.update(dict.fromkeys(names))
@@ -338,7 +408,9 @@ def _picture(node: Node, selection: str | None, drawing: DrawingContent, detail:
     area = float(shapely.area(polygon_of(corners)))
     if area > 0:
         place = FilledOutline(node.name, corners, area)
-        drawing.outlines.extend(replace(outline, names=names) for outline in _clipped([place], node, detail))
+        drawing.outlines.extend(
+            replace(outline, names=names) for outline in _clipped([place], node, flattener)
+        )
 
 
 def _wrapped(node: Node) -> WrappedPicture | None:
@@ -353,18 +425,18 @@ def _wrapped(node: Node) -> WrappedPicture | None:
     return WrappedPicture(content, place, node.affine, aspect, node.name)
 
 
-def _closed_lines(drawing: DrawingContent, lines: list[Node], detail: Detail) -> None:
+def _closed_lines(drawing: DrawingContent, lines: list[Node], flattener: CurveFlattener) -> None:
     """Add the outlines of areas enclosed by lines to those of fills, if one of them is larger than every fill."""
     largest = max((outline.area for outline in drawing.outlines), default=0.0)
     if not largest or not lines:
         return
     try:
-        runs = [(node, detail.runs(node)) for node in lines]
+        runs = [(node, flattener.runs(node)) for node in lines]
         points = [run.z for _, node_runs in runs for run in node_runs if run.z.size]
         low, high = bounding_box(np.concatenate(points)) if points else (0j, 0j)
         if (high - low).real * (high - low).imag <= largest:
             return
-        line_outlines = silhouette(runs, "the silhouette of its strokes", detail.clips.cut)
+        line_outlines = silhouette(runs, "the silhouette of its strokes", flattener.clips.cut)
     except InputError as error:
         drawing.notes.append(f"lines ignored: {error}")
         return
@@ -374,14 +446,17 @@ def _closed_lines(drawing: DrawingContent, lines: list[Node], detail: Detail) ->
 
 
 def _paint(
-    drawing: DrawingContent, shown_nodes: list[Node], pictures: list[shapely.Polygon], detail: Detail
+    drawing: DrawingContent,
+    shown_nodes: list[Node],
+    pictures: list[shapely.Polygon],
+    flattener: CurveFlattener,
 ) -> tuple[shapely.Geometry, shapely.Geometry]:
     """Return the ink and the painted area of a drawing, see `DrawingContent`."""
     try:
         clear = [_without_faint(node) for node in shown_nodes]
         visible = [node for node in clear if node.visible] or [node for node in shown_nodes if node.visible]
-        shapes = [(node, detail.runs(node)) for node in visible]
-        return painted_areas(shapes, detail.clips.cut, pictures, detail.fills)
+        shapes = [(node, flattener.runs(node)) for node in visible]
+        return painted_areas(shapes, flattener.clips.cut, pictures, flattener.fills)
     except TooMuch as error:
         drawing.notes.append(f"its strokes are ignored: {error}")
         return replace(drawing, paint=None)._areas
@@ -398,12 +473,14 @@ def _too_much(runs: list[Subpath], node: Node, error: TooMuch) -> Refused:
     return size, InputError(f"{node.name}: {error}")
 
 
-def _clipped(outlines_of_shape: list[FilledOutline], node: Node, detail: Detail) -> list[FilledOutline]:
+def _clipped(
+    outlines_of_shape: list[FilledOutline], node: Node, flattener: CurveFlattener
+) -> list[FilledOutline]:
     """Return the parts of a shape's outlines that clip paths and masks show."""
     shown_parts: list[FilledOutline] = []
     for outline in outlines_of_shape if node.clips else ():
         region = polygon_of(outline.z, *outline.holes)
-        remaining = detail.clips.cut(node, region)
+        remaining = flattener.clips.cut(node, region)
         shown_parts += (
             [outline] if remaining is region else outlines_of(remaining, outline.name, outline.notes)
         )
@@ -431,7 +508,7 @@ def is_constraint(node: Node) -> bool:
     return not node.copied_from and any(name.startswith((PIN, STROKE)) for name in node.names)
 
 
-def _constraint(node: Node, drawing: DrawingContent, detail: Detail) -> bool:
+def _constraint(node: Node, drawing: DrawingContent, flattener: CurveFlattener) -> bool:
     """Add a shape to the drawing if it is a pin or a stroke; return whether it is."""
     if not is_constraint(node):
         return False
@@ -442,7 +519,7 @@ def _constraint(node: Node, drawing: DrawingContent, detail: Detail) -> bool:
     if name.startswith(PIN):
         drawing.pins[name], drawing.pin_radii[name] = _circle(node)
         return True
-    runs = detail.runs(node)
+    runs = flattener.runs(node)
     if len(runs) != 1:
         raise InputError(f"a stroke must be a single line, but this path has {len(runs)} parts")
     z = np.append(runs[0].z, runs[0].z[:1]) if runs[0].closed else runs[0].z
@@ -452,14 +529,14 @@ def _constraint(node: Node, drawing: DrawingContent, detail: Detail) -> bool:
     return True
 
 
-def _rigid(node: Node, selection: str | None, drawing: DrawingContent, detail: Detail) -> bool:
+def _rigid(node: Node, selection: str | None, drawing: DrawingContent, flattener: CurveFlattener) -> bool:
     """Add a shape's outlines as rigid regions if it is in one that is not chosen; return whether it is."""
     names = (*node.groups, *node.names)
     name = next((n for n in names if n.startswith(RIGID)), None)
     if name is None or selection in names:
         return False
     region = DrawingContent([], None, flip=True)
-    _candidate(node, name, region, detail)
+    _candidate(node, name, region, flattener)
     if not region.outlines:
         raise (
             region.refused[0][1]

@@ -193,6 +193,7 @@ class Document:
         millimetres: length of a user unit; None if it is not stated.
         unit: the unit in which its size is stated, such as "in"; empty if it is not.
         unset_texts: reasons why texts found so far are not outlined, as clauses, by Python's id.
+        substituted_texts: in which fonts texts are set whose font is missing, as clauses, by Python's id.
         painted_texts: texts with several paints, as groups of paths.
         root: the node of `top`.
     """
@@ -214,6 +215,7 @@ class Document:
             self.sheet = Stylesheet(text, top)
         self.lettering = lettering.Lettering(self.declared, self.linked)
         self.unset_texts: dict[int, str] = {}
+        self.substituted_texts: dict[int, str] = {}
         self.painted_texts: dict[Element, Node] = {}
         self._root_font = fonts_in_css.MEDIUM_PIXELS
         self.canvas: Rectangle | None = canvas(top)
@@ -441,6 +443,8 @@ class Document:
         if parts is None:
             self.unset_texts[id(node.element)] = self.lettering.reason
             return node
+        if self.lettering.substitution:
+            self.substituted_texts[id(node.element)] = self.lettering.substitution
         if [paint for paint, _ in parts] == [self.lettering.plain(text.properties)]:
             text.tag, text.properties = "path", {**text.properties, "d": parts[0][1]}
             return text

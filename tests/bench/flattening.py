@@ -97,7 +97,7 @@ def measured(package: str, name: str) -> bool:
     for method in ("lscm", "conformal"):
         start = time.process_time()
         try:
-            flattening = flatten(patch, grow=method == "conformal", method=method, chart=True)
+            flattening = flatten(patch, grow=method == "conformal", method=method, purpose="texture")
             lines.append(line(flattening, time.process_time() - start))
         except InputError as error:
             lines.append(f"{str(error).partition(': ')[2]:46.46}")

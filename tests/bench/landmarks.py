@@ -70,7 +70,7 @@ def onto(names: list[str]) -> None:
     """Map meshes onto a heart."""
     outline: Curve = icon("heart")
     for name in names:
-        layout = mesh_reading.read(str(path_of(name)), cut=True).flattening
+        layout = mesh_reading.read(str(path_of(name)), cutting=mesh_reading.Cutting(closed=True)).flattening
         for label, source in (("flattening's outline", layout.boundary), ("surface", layout)):
             start = time.process_time()
             fit = iccm.fit(source, outline)

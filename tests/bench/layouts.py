@@ -8,14 +8,22 @@ also packs the charts of `iccm flatten`. Measured are
 - stretch, the 95th percentile over the area of max(s₁, 1 / s₂), relative to the mean scale,
 - spread, the decades of area ratio between the 5th and the 95th percentile,
 - utilisation, the area of all triangles in the coordinates relative to their bounding square,
+- the mean symmetric Dirichlet energy s₁² + s₂² + 1/s₁² + 1/s₂² (4 is isometric), relative to the mean scale,
+- K95, the 95th percentile over the area of the dilatation s₁ / s₂,
+- charts, and the length of all seams in sides of a square of the surface's area,
+- overlap, the share of the area in the layout where triangles lie on each other,
 - processor seconds, for iccm and Blender including the start.
 
-python -m tests.bench.layouts FOLDER [NAME …] [--blender PYTHON]
+python -m tests.bench.layouts FOLDER [NAME …] [--blender PYTHON] [--sample N --seed S]
+
+With --sample, N models of each subfolder are chosen at random, also without textures.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
+import random
 import resource
 import subprocess
 import sys
@@ -25,6 +33,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -35,6 +44,8 @@ from .assets import COMMAND, File, _places, textured
 
 MERGED_RELATIVE = 1e-6  # relative to the size: vertices this close are the same point
 LIMIT = 400  # seconds
+OVERLAP_SAMPLES = 5_000  # random points
+SAMPLED_FACES = 16, 20_000  # fewest and most faces of models that are sampled
 IN_BLENDER = """
 import sys, numpy as np, bpy
 way, source, target = sys.argv[1:]
@@ -79,6 +90,11 @@ class Figures(NamedTuple):
     stretch: float
     spread: float
     used: float
+    dirichlet: float
+    dilatation: float
+    charts: float
+    seam: float
+    overlap: float
     seconds: float
 
 
@@ -87,7 +103,7 @@ def joined(path: Path) -> Mesh:
     file, points, faces, count = File(path), [], [], 0
     places = _places(file.tree)
     owners = {id(p): k for k, mesh in enumerate(file.tree.meshes) for p in mesh.primitives}
-    for part in file.primitives:
+    for part in (p for mesh in file.tree.meshes for p in mesh.primitives if p.mode in (None, 4)):
         part_points = file.values(part.attributes.POSITION).astype(float)
         matrix = places.get(owners[id(part)], np.eye(4))
         points.append(part_points @ matrix[:3, :3].T + matrix[:3, 3])
@@ -126,7 +142,35 @@ def measured(mesh: Mesh, uv: NDArray, seconds: float) -> Figures:
     low, top = (weighted(ratio[sound], area[sound], share) for share in (0.05, 0.95))
     used = flat[sound].sum() / max(np.ptp(uv[sound].reshape(-1, 2), axis=0)) ** 2
     covered = (area[sound].sum() - turned) / area.sum()
-    return Figures(covered, weighted(stretch, area, 0.95), top - low, used, seconds)
+    with np.errstate(divide="ignore", over="ignore"):
+        energy = (big / scale) ** 2 + (small / scale) ** 2 + (scale / big) ** 2 + (scale / small) ** 2
+        dilatation = np.where(sound, big / np.maximum(small, 1e-300), np.inf)
+    return Figures(
+        covered,
+        weighted(stretch, area, 0.95),
+        top - low,
+        used,
+        float((energy * area)[sound].sum() / area[sound].sum()),
+        weighted(dilatation, area, 0.95),
+        np.unique(chart).size,
+        float(
+            np.linalg.norm(np.diff(mesh.points[seams_of(mesh, uv)], axis=1), axis=2).sum()
+            / np.sqrt(area.sum())
+        ),
+        overlapping(uv[sound], flat[sound]),
+        seconds,
+    )
+
+
+def overlapping(uv: NDArray, area: NDArray) -> float:
+    """Return the share of the area of triangles (m, 3, 2) that lies on other ones, by random points in them."""
+    draw = np.random.default_rng(1)
+    owner = draw.choice(len(uv), OVERLAP_SAMPLES, p=area / area.sum())
+    weights = draw.dirichlet((1, 1, 1), OVERLAP_SAMPLES)
+    points = np.einsum("ki,kij->kj", weights, uv[owner])
+    tree = shapely.STRtree(shapely.polygons(uv))
+    sample, _ = tree.query(shapely.points(points), "within")
+    return float((np.bincount(sample, minlength=OVERLAP_SAMPLES) > 1).mean())
 
 
 def charts(uv: NDArray) -> NDArray:
@@ -240,10 +284,14 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--blender", type=Path)
+    parser.add_argument("--sample", type=int)
+    parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     every: dict[str, list[Figures]] = {}
-    paths = sorted(options.folder.rglob("*.glb"), key=lambda path: (path.stat().st_size, path))
-    for path in filter(textured, paths):
+    models = (path for path in options.folder.rglob("*.glb") if "downloads" not in path.parts)
+    paths = sorted(models, key=lambda path: (path.stat().st_size, path))
+    chosen = sampled(paths, options.sample, options.seed) if options.sample else filter(textured, paths)
+    for path in chosen:
         if options.names and path.name not in options.names:
             continue
         mesh = joined(path)
@@ -266,14 +314,32 @@ def main() -> None:
             every.setdefault(method, []).append(figures)
             print(f"{path.stem[-32:]:32} {len(mesh.faces):6} {method:26}", text_of(figures), flush=True)
     for method, figures in every.items():
-        middle = Figures(*np.median(np.array(figures), axis=0))
-        print(f"median of {len(figures):3} {'':26} {method:26}", text_of(middle))
+        for name, share in (("median", 0.5), ("90 %", 0.9)):
+            middle = Figures(*np.quantile(np.array(figures), share, axis=0))
+            print(f"{name:6} of {len(figures):3} {'':26} {method:26}", text_of(middle))
+
+
+def sampled(paths: list[Path], count: int, seed: int) -> list[Path]:
+    """Return models of each folder, chosen at random among those of a size that all programs take."""
+    draw, chosen = random.Random(seed), list[Path]()
+    for folder in sorted({path.parent for path in paths}):
+        candidates = sorted(path for path in paths if path.parent == folder)
+        draw.shuffle(candidates)
+        least, most = SAMPLED_FACES
+        fitting = (path for path in candidates if least <= len(joined(path).faces) <= most)
+        chosen += list(itertools.islice(fitting, count))
+    print("sample of seed", seed, *(f"{path.parent.name}/{path.stem}" for path in chosen), flush=True)
+    return chosen
 
 
 def text_of(figures: Figures) -> str:
     """Return figures as text."""
-    covered, stretch, spread, used, seconds = figures
-    return f"covered {covered:6.1%}  stretch {stretch:6.2f}  spread {spread:5.2f}  used {used:4.2f}  {seconds:6.2f} s"
+    covered, stretch, spread, used, dirichlet, dilatation, charts, seam, overlap, seconds = figures
+    return (
+        f"covered {covered:6.1%}  stretch {stretch:6.2f}  spread {spread:5.2f}  used {used:4.2f}  "
+        f"dirichlet {dirichlet:6.3f}  K95 {dilatation:5.2f}  charts {charts:4.0f}  seam {seam:5.1f}  "
+        f"overlap {overlap:5.1%}  {seconds:6.2f} s"
+    )
 
 
 if __name__ == "__main__":

@@ -195,7 +195,10 @@ def angles() -> None:
 
 def rebake(mesh: str, picture: str) -> None:
     """Bake a textured mesh into its own layout, through a cut and its flattening; every texel should be unchanged."""
-    shape, image = mesh_reading.read(mesh, cut=True), image_files.read(picture)
+    shape, image = (
+        mesh_reading.read(mesh, cutting=mesh_reading.Cutting(closed=True)),
+        image_files.read(picture),
+    )
     identity = HarmonicMap(shape.curve.z, shape.curve.z, 0 * shape.curve.z)
     height, width = image.pixels.shape[:2]
     sampler = Sampler(image.texture(shape.box))

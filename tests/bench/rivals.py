@@ -18,7 +18,7 @@ from skimage.transform import ThinPlateSplineTransform
 from iccm import Curve
 from iccm.conformal.harmonic_measure import inner_points
 from iccm.paper.energies import Basis, Target, closeness, consistency
-from iccm.paper.least_squares import System
+from iccm.paper.least_squares import LeastSquares
 
 SHIFTS = 120
 FLAT = 1e-12  # relative to the shape's area: triangles with less are degenerate
@@ -143,7 +143,7 @@ def szego(mesh: Mesh, images: np.ndarray) -> np.ndarray:
     t = (np.arange(per_edge) + 0.5) / per_edge
     goal = (images[:, None] + (np.roll(images, -1) - images)[:, None] * t).ravel()
     closest = closeness(basis, mesh.curve.sample(per_edge), measure, mesh.curve)
-    return basis.positions(mesh.nodes) @ System([closest]).solve([Target(goal)])
+    return basis.positions(mesh.nodes) @ LeastSquares([closest]).solve([Target(goal)])
 
 
 def angles(mesh: Mesh, images: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ import shapely
 
 import iccm
 from iccm.curve import Curve
-from iccm.io.run.constraints import better
+from iccm.io.run.maps import better
 
 SAMPLES = 300  # of an outline, to compute its Fréchet distance
 DISC = np.exp(2j * np.pi * np.arange(80) / 80)

@@ -15,7 +15,6 @@ import numpy as np
 import iccm
 from iccm import Curve
 from iccm.balanced import method
-from iccm.balanced.model.settings import Settings
 from iccm.io.pictures import image_files
 from iccm.pixels import preimages
 from iccm.pixels.warp import Canvas, Sampler, Texture, Warp
@@ -112,7 +111,7 @@ def growth() -> None:
     rows = []
     for triangles in (2000, 6000, 20_000, 60_000, 200_000):
         start = time.process_time()
-        solution = method.solve(Problem.of(uneven, Curve(star(400, 3))), Settings(triangles=triangles))
+        solution = method.solve(Problem.of(uneven, Curve(star(400, 3))), triangles=triangles)
         rows.append((len(solution.map.faces), time.process_time() - start))
     table(rows)
     coarse = rows[0][1]

@@ -2,6 +2,7 @@
 
 import functools
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -34,6 +35,7 @@ def saved(shapes):
     (shapes / "map.npz").write_bytes(result)
 
 
+@pytest.mark.slow
 def test_info_describes_a_map(saved, iccm):
     facts = json.loads(iccm("info", "map.npz", "--json").out)
     assert facts["kind"] == "map" and facts["status"] == "reached" and facts["left_out"] == 0
@@ -94,6 +96,7 @@ def image_of(points):
     return np.column_stack([w.real, -w.imag])
 
 
+@pytest.mark.slow
 def test_pictures_and_drawings_are_those_of_the_map_itself(shapes, iccm):
     texture = core.checkerboard(64)
     image_files.write("t.png", image_files.Image(texture))
@@ -161,6 +164,15 @@ def test_tables_go_there_and_back(saved, shapes, iccm):
     typed = iccm("apply", "map.npz", "p.csv", "-o", "no.csv", "--unmapped", "refuse")
     assert typed.code == 2 and "1 points outside of the map's domain" in typed.lines[-1]
     assert not (shapes / "no.csv").exists()
+
+
+def test_nothing_inside_the_map_is_no_success(saved, shapes, iccm):
+    (shapes / "far.csv").write_text("x,y\n5000,5000\n")
+    result = iccm("apply", "map.npz", "far.csv", "-o", "o.csv")
+    assert result.code == 1 and result.lines[-1].endswith(
+        "all of it lies outside of the map, so the result is empty"
+    )
+    assert (shapes / "o.csv").read_text() == "x,y\n" and "carried" not in result.err
 
 
 def test_columns_are_named_or_numbered(saved, shapes, iccm):
@@ -337,6 +349,15 @@ def farthest(points, images):
     return np.linalg.norm(image_of(points)[:, None] - images, axis=2).min(axis=1).max()
 
 
+def test_a_damaged_name_of_a_region_is_not_reported_by_its_library(saved, shapes):
+    """Python prints warnings of libraries to stderr where no program handles them."""
+    data = roifile.ImagejRoi.frompoints(np.array([(20.0, 30), (60, 30), (40, 70)]), name="cell").tobytes()
+    Path("damaged.roi").write_bytes(data[: data.index("cell".encode("utf-16-be")) + 3])
+    command = [sys.executable, "-m", "iccm", "apply", "map.npz", "damaged.roi", "-o", "moved.roi"]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 0 and "exceeds" not in result.stderr
+
+
 def test_regions_of_imagej_and_point_sets_of_elastix(saved, shapes, iccm):
     square, hole = [(20, 20), (20, 70), (75, 70), (75, 20)], [(30, 30), (40, 30), (40, 45)]
     path = [
@@ -387,6 +408,7 @@ def test_without_an_output_the_option_is_named(saved, iccm):
         assert answer.code == 2 and "--output" in answer.err and len(answer.err.splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell of POSIX")
 def test_a_picture_is_carried_to_stdout(saved, shell):
     image_files.write("t.png", image_files.Image(core.checkerboard(16)))
@@ -395,3 +417,60 @@ def test_a_picture_is_carried_to_stdout(saved, shell):
     )
     assert result.returncode == 0 and not result.stdout
     assert np.array_equal(image_files.read("out.png").pixels, image_files.read("to.png").pixels)
+
+
+TRIANGLE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 900 900">
+<path fill="red" d="M{0} {0}h30v20Z"/></svg>"""
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.csv", "x,y\n{0},{0}\n"),
+        ("a.geojson", '{{"type": "LineString", "coordinates": [[{0}, {0}], [9999, {0}]]}}'),
+        ("a.svg", TRIANGLE),
+    ],
+)
+def test_files_outside_of_the_domain_are_no_success(saved, iccm, name, content):
+    suffix = Path(name).suffix
+    Path(name).write_text(content.format(700))
+    result = iccm("apply", "map.npz", name, "-o", f"o{suffix}")
+    assert result.code == 1 and "empty" in result.lines[-1] and Path(f"o{suffix}").exists()
+    Path(name).write_text(content.format(50))
+    assert iccm("apply", "map.npz", name, "-o", f"o{suffix}", "--force").code == 0
+    if suffix == ".csv":
+        Path(name).write_text(content.format(700))
+        assert iccm("apply", "map.npz", name, "-o", "o.csv", "--unmapped", "keep", "--force").code == 0
+
+
+@pytest.mark.parametrize(
+    ("offset", "alpha", "more", "code"),
+    [(0, 255, (), 0), (3, 255, (), 1), (-3, 255, (), 1), (3, 255, ("--edge", "repeat"), 0), (0, 0, (), 1)],
+)
+def test_an_stmap_that_shows_nothing_of_a_picture_is_no_success(
+    tmp_path, monkeypatch, iccm, offset, alpha, more, code
+):
+    monkeypatch.chdir(tmp_path)
+    y, x = np.mgrid[0:8, 0:8] / 8 + offset
+    image_files.write(
+        "m.exr", image_files.Image(np.stack([x, y, 0 * x, 1 + 0 * x], -1).astype(np.float32), 3)
+    )
+    opaque = core.checkerboard(16)
+    pixels = np.concatenate([opaque, np.full_like(opaque[..., :1], alpha)], -1)
+    image_files.write("t.png", image_files.Image(pixels, 3))
+    result = iccm("apply", "m.exr", "t.png", "-o", "o.png", *more)
+    assert result.code == code and Path("o.png").exists()
+    assert not code or "shows nothing" in result.lines[-1]
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ("apply", "m.npz", "t.png", "-o", "o.png", "--colorspace", ""),
+        ("batch", "a.svg", "b.svg", "-o", "o/", "--dask", ""),
+        ("standardize", "a.png", "b.png", "-o", ""),
+    ],
+)
+def test_a_name_from_an_unset_variable_is_refused(iccm, typed):
+    result = iccm(*typed)
+    assert result.code == 2 and "the name is empty" in result.err

@@ -61,6 +61,7 @@ def test_report_on_stdout_is_the_whole_of_stdout(shapes, iccm):
     assert names(shapes) == {"square.svg", "blob.svg", "disk.svg"}
 
 
+@pytest.mark.slow
 def test_all_outputs_of_one_run(shapes, iccm):
     outputs = ("-o", "a.png", "-o", "b.tif", "--report", "r.json", "--plot", "p.png", "--size", "40x30")
     result = iccm("map", "square.svg", "disk.svg#rim", *QUICK, *outputs)
@@ -72,6 +73,7 @@ def test_all_outputs_of_one_run(shapes, iccm):
     assert json.loads((shapes / "r.json").read_text())["job"]["size"] == [40, 30]
 
 
+@pytest.mark.slow
 def test_picture_on_stdout(shapes, shell):
     line = "iccm map square.svg blob.svg --size 32 -q -o - > out.png && iccm info out.png"
     result = shell(line)
@@ -143,6 +145,7 @@ def test_constraints_from_stdin(shapes, shell):
     assert result.returncode == 0 and result.stdout == "}\n", result.stderr
 
 
+@pytest.mark.slow
 def test_the_bytes_do_not_depend_on_threads_or_cores(shapes, shell):
     lines = (
         "iccm map square.svg blob.svg --size 64 -q -o a.png; OMP_NUM_THREADS=1 iccm map square.svg blob.svg"
@@ -172,6 +175,7 @@ def test_padding_that_a_format_would_lose_is_refused(shapes, iccm, suffix):
     assert ran.code == 2 and "--padding has no effect" in ran.err and len(ran.err.splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", some_fast([".png", ".exr"], 1))
 def test_a_bound_on_memory_does_not_change_a_picture(shapes, iccm, monkeypatch, suffix):
     from iccm.io import memory as room
@@ -332,6 +336,7 @@ def test_not_converged_is_exit_code_1_with_the_picture(shapes, iccm):
     )
 
 
+@pytest.mark.slow
 def test_require_injective_turns_a_failed_certificate_into_exit_code_1(shapes, iccm):
     """A three-lobed target cannot be covered one-to-one by a source that is mirrored by its pins."""
     pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
@@ -355,7 +360,8 @@ def test_constraints_that_spoil_the_picture_get_a_note(shapes, iccm):
     pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin", "50,30:50,30", "--pin", "50,70:50,70")
     result = iccm("map", "disk.svg", "disk.svg", *QUICK, *pins, "--pin-weight", "1000", "--report", "-")
     notes = json.loads(result.out)["notes"]
-    assert [f"note: {note}" for note in notes] == [line for line in result.lines if line.startswith("note")]
+    shown = [line for line in result.lines if line.startswith("note")]
+    assert [f"note: {logs.with_options(note)}" for note in notes] == shown
     assert any("picture overlaps itself" in note and "--quasi" in note for note in notes)
     assert any("far from the target's outline (boundary)" in note for note in notes)
     gentle = iccm("map", "disk.svg", "disk.svg", *QUICK, "--pin", "30,50:31,50", "--report", "-")
@@ -407,6 +413,7 @@ def test_debug_shows_the_traceback(shapes, iccm):
     assert "Traceback" in iccm("map", "none.svg", "blob.svg", "--debug").err
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_not_an_error(shapes, shell):
     result = shell("set -o pipefail; iccm map square.svg blob.svg --report - -q | head -c 1")
     assert result.stderr == "" and result.returncode in (0, logs.EXIT_PIPE)
@@ -460,6 +467,7 @@ def test_messages_list_few_suffixes(shapes, iccm, line):
     assert 1 < len(re.findall(r" \.[a-z0-9]+\b", result.err)) <= formats.MOST_LISTED_SUFFIXES
 
 
+@pytest.mark.slow
 def test_a_batch_asks_whether_a_name_without_suffix_is_a_folder(shapes, iccm):
     result = iccm("batch", "disk.svg", "blob.svg", "square.svg", "-o", "out20")
     assert result.code == 2 and "out20/" in result.err and not (shapes / "out20").exists()

@@ -43,6 +43,7 @@ def error(actual, expected, diagonal):
     return np.quantile(away, 0.99)
 
 
+@pytest.mark.slow
 def test_maps_are_composed_and_certified_again(maps, iccm):
     result = iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz")
     assert result.code == 0, result.err
@@ -143,6 +144,7 @@ def test_a_chain_carries_geometry_exactly_and_back(maps, iccm):
         assert shapely.Polygon(again["Polygon"][0]).symmetric_difference(ring).area < 2e-3 * ring.area
 
 
+@pytest.mark.slow
 def test_a_chain_carries_pictures_through_the_composition(maps, iccm):
     Image.fromarray((core.checkerboard(96)).astype(np.uint8)).save("t.png")
     assert iccm("compose", "leaf-ell.npz", "ell-box.npz", "-o", "leaf-box.npz").code == 0

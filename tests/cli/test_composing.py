@@ -66,6 +66,7 @@ def differing_share(first, second):
     return (np.maximum(low - first, first - high).max(axis=2) >= 32).mean()
 
 
+@pytest.mark.slow
 def test_a_drawing_on_a_ring_is_whole_with_the_ring_below_it_in_picture_and_artwork(
     tmp_path, iccm, monkeypatch
 ):
@@ -81,6 +82,7 @@ def test_a_drawing_on_a_ring_is_whole_with_the_ring_below_it_in_picture_and_artw
     assert (line < paper).all() and (paper < 255).all() and picture[80, 130].max() < 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parts", ["each", "elements"])
 def test_each_part_of_a_target_shows_all_of_a_drawing(tmp_path, iccm, monkeypatch, parts):
     monkeypatch.chdir(tmp_path)
@@ -110,12 +112,12 @@ def test_symmetric_figures_stay_whole_upright_and_symmetric(tmp_path, iccm, monk
     monkeypatch.chdir(tmp_path)
     (tmp_path / "s.svg").write_text(SVG.format(100, 100, SYMMETRIC[figure]))
     (tmp_path / "t.svg").write_text(TARGETS[target])
-    result = iccm("map", "s.svg", "t.svg", "-o", "o.png", "--size", "240")
+    result = iccm("map", "s.svg", "t.svg", "-o", "o.png", "--size", "480")
     assert result.code == 0, result.err
     picture = on_white(Image.open("o.png"))
     assert differing_share(picture, picture[:, ::-1]) < 0.01  # antialiased edges
     ink = picture.max(axis=2) < 100
-    source = rendered("s.svg", 240).max(axis=2) < 100
+    source = rendered("s.svg", 480).max(axis=2) < 100
 
     def extent(marks):
         rows, columns = (np.flatnonzero(marks.any(axis=axis)) for axis in (1, 0))
@@ -125,3 +127,17 @@ def test_symmetric_figures_stay_whole_upright_and_symmetric(tmp_path, iccm, monk
     assert width / height == pytest.approx(own_width / own_height, rel=0.03)  # upright
     assert area / (width * height) == pytest.approx(own_area / (own_width * own_height), rel=0.06)  # whole
     assert max(height, width) > 0.5 * min(picture.shape[:2])
+
+
+@pytest.mark.slow
+def test_a_text_that_stays_straight_names_the_remedy(shapes, iccm):
+    """The note is gone once the remedy is followed, and the word then fills more of a bent target."""
+    (shapes / "wave.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 400 170">'
+        '<path d="M20 45C120 0 280 90 380 40V125C280 175 120 85 20 130Z"/></svg>'
+    )
+    arguments = ("map", "--text", "HI", "wave.svg", "--size", "60")
+    straight = iccm(*arguments, "-o", "a.png")
+    assert straight.code == 0 and "--fit box" in straight.err
+    bent = iccm(*arguments, "--fit", "box", "-o", "b.png")
+    assert bent.code == 0 and "note" not in bent.err

@@ -132,6 +132,7 @@ def test_every_entity_is_mapped_and_keeps_its_layer_and_colour(version, folder, 
     assert ("SPLINE" in kinds) == (version != "R12")
 
 
+@pytest.mark.slow
 def test_arcs_stay_arcs_where_the_map_is_a_similarity(folder, iccm):
     conformal = ("--method", "conformal", "--parts", "largest")  # the balanced method prefers upright maps
     result = iccm("map", "a.dxf#FRONT", "twice.dxf", "-o", "map.npz", "-o", "out.dxf", *conformal)
@@ -180,6 +181,7 @@ def test_blocks_that_are_not_bent_stay_the_same_and_others_are_copied(folder, ic
     assert inserted["FRONT"].dxf.layer == "0"
 
 
+@pytest.mark.slow
 def test_each_piece_follows_its_own_map(folder, iccm):
     old, new = ezdxf.new(), ezdxf.new()
     old.units = new.units = 4

@@ -93,6 +93,7 @@ def test_the_checkerboard_covers_the_shape_and_a_texture_the_canvas(shapes, iccm
     assert len(empty) == 1 and "empty" in empty[0] and "transparent" in empty[0]
 
 
+@pytest.mark.slow
 def test_holes_of_the_target_stay_transparent(shapes, iccm):
     ring = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 80"><path d="M{}h60v60h-60zM{}v20h20v-20z"/></svg>'
     (shapes / "ring.svg").write_text(ring.format("10 10", "30 30"))
@@ -111,6 +112,7 @@ def test_holes_of_the_target_stay_transparent(shapes, iccm):
     assert 40 < middle.mean() < 80 and middle.size > 100
 
 
+@pytest.mark.slow
 def test_a_texture_with_other_proportions_than_the_canvas_gets_a_note(shapes, iccm):
     for name, size in (("wide.png", (40, 120)), ("even.png", (40, 41))):
         write(name, np.random.default_rng(1).integers(0, 255, (*size, 3), np.uint8))

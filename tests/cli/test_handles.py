@@ -115,6 +115,7 @@ def test_options_that_handles_do_not_support_are_refused(iccm, tmp_path, monkeyp
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_meshes_closed_holes_and_empty_lattices_are_refused(iccm, tmp_path):
     file = tmp_path / "h.json"
     for source, target, lattice, word in (

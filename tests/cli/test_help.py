@@ -170,6 +170,7 @@ def test_open_without_a_display_gets_a_note(shapes, iccm, monkeypatch):
     assert iccm(*arguments).code == 0 and opened == ["out.png"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "code"), [("blob.svg", 0), ("m.obj", 0), ("jobs.toml", 2)])
 def test_a_sheet_shows_numbered_parts(shapes, iccm, name, code):
     (shapes / "jobs.toml").write_text('[[job]]\nsource = "disk.svg"\ntarget = "blob.svg"')
@@ -234,6 +235,7 @@ def test_info_knows_reports(shapes, iccm):
     assert facts["status"] == json.loads((shapes / "out.json").read_text())["status"]
 
 
+@pytest.mark.slow
 def test_info_knows_stmaps_and_results(shapes, iccm):
     iccm("map", "square.svg", "disk.svg", "--size", "32", "--stmap", "map.exr")
     assert json.loads(iccm("info", "map.exr", "--json").out)["kind"] == "STMap"
@@ -242,3 +244,9 @@ def test_info_knows_stmaps_and_results(shapes, iccm):
     (shapes / "results.jsonl").write_text(iccm("batch", "jobs.jsonl", "-j", "1").out)
     facts = json.loads(iccm("info", "results.jsonl", "--json").out)
     assert facts["kind"] == "iccm.result/1" and facts["ended"] == {"failed": 1}
+
+
+def test_batch_shows_the_options_of_map_that_each_job_needs_most(iccm):
+    text = iccm("batch", "--help").out
+    assert "-o, --output FILE" in text and "--size WxH|N" in text and "--texture IMAGE" in text
+    assert "--balance" not in text and "--output" not in iccm("batch", "--help", "limits").out

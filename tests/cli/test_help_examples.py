@@ -49,7 +49,7 @@ def files(tmp_path, monkeypatch):
     for name in ("landmarks.csv", "africa.geojson"):
         shutil.copy(ROOT / "docs" / "files" / name, name)
     Path("table.csv").write_text("name,trade\nKenya,40\nEgypt,90\nChad,4\n")
-    ring = [[30, 60], [60, 60], [55, 90], [30, 60]]
+    ring = [[250, 240], [280, 240], [270, 270], [250, 240]]
     Path("cells.geojson").write_text(json.dumps({"type": "Polygon", "coordinates": [ring]}))
     ball = trimesh.creation.icosphere(subdivisions=2)
     ball.export("cow.obj")

@@ -43,6 +43,7 @@ def mapped(iccm, *typed):
         return result, json.load(file)
 
 
+@pytest.mark.slow
 def test_a_hole_is_mapped_onto_the_hole_and_stays_transparent(holed, iccm):
     done, report = mapped(iccm, "ring.svg", "off.svg", "--stmap", "o.tif")
     assert done.code == 0 and "hole" not in done.err
@@ -98,6 +99,7 @@ def test_holes_are_paired_by_the_names_of_drawings_in_them(holed, iccm):
     assert [h["source"] for h in report["holes"]] == [h["source"] for h in unnamed["holes"]][::-1]
 
 
+@pytest.mark.slow
 def test_pins_in_holes_pair_the_holes(holed, iccm):
     done, report = mapped(iccm, "eyes.svg", "eyes.svg", "--pin", "30,40:70,40")
     assert done.code == 0 and report["pins"] == []

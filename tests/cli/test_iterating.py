@@ -60,6 +60,7 @@ def test_other_files_are_kept(shapes, iccm, monkeypatch, change):
     assert result.code == 2 and "use --force" in result.err and out.read_bytes() == kept
 
 
+@pytest.mark.slow
 def test_meshes_need_force_and_a_state_folder_that_is_none_hinders_nothing(shapes, iccm, monkeypatch):
     (shapes / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nf 1 2 3\nf 1 3 4\n")
     arguments = ("map", "square.svg", "m.obj", "-o", "out.obj")

@@ -26,6 +26,7 @@ def pixels(path):
     return np.asarray(Image.open(path).convert("RGBA"))
 
 
+@pytest.mark.slow
 def test_frames_begin_and_end_with_the_shapes(shapes, iccm):
     outputs = ("-o", "m-{number}.png", "-o", "m-{number}.svg")
     result = iccm("morph", "square.svg", "blob.svg", "--texture", "checker", *QUICK, *outputs)
@@ -39,6 +40,7 @@ def test_frames_begin_and_end_with_the_shapes(shapes, iccm):
     assert ends[0] and ends == ends[:1] * 3
 
 
+@pytest.mark.slow
 def test_the_source_begins_amid_the_targets_canvas(shapes, iccm):
     """A canvas of 100 by 100 in the middle of one of 40 by 30 with another origin: 24 of 40 across, 24 of 30 down."""
     (shapes / "small.svg").write_text(
@@ -93,6 +95,7 @@ BARS = '<path d="M10 10H30V90H10Z" {0}/><path d="M40 30H60V90H40Z" {0}/><path d=
 COLOURED_BARS = BARS.format('fill="red"') + '<path d="M14 20H26V40H14Z" fill="blue"/>'
 
 
+@pytest.mark.slow
 def test_all_parts_of_both_drawings_are_visible_and_none_fades(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(BARS.format("")))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
@@ -210,6 +213,7 @@ def paths_of(text):
     ]
 
 
+@pytest.mark.slow
 def test_paths_have_the_same_commands_in_all_frames_but_the_target(shapes, iccm):
     (shapes / "bend.svg").write_text(SVG.format(BEND))
     (shapes / "disc.svg").write_text(SVG.format(SHADED_DISC))
@@ -222,6 +226,7 @@ def test_paths_have_the_same_commands_in_all_frames_but_the_target(shapes, iccm)
     assert last.symmetric_difference(shapely.Point(52, 47).buffer(40, 64)).area < 0.01 * last.area
 
 
+@pytest.mark.slow
 def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
     (shapes / "bend.svg").write_text(SVG.format(BEND))
     (shapes / "disc.svg").write_text(SVG.format(SHADED_DISC))
@@ -248,6 +253,7 @@ def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
     assert len(widths) == 1 and len(set(widths[0].get("values").split(";"))) == 3
 
 
+@pytest.mark.slow
 def test_unmatched_parts_fade_in_an_animated_svg(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(SHADED_BARS))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
@@ -261,6 +267,7 @@ def test_unmatched_parts_fade_in_an_animated_svg(shapes, iccm):
     assert [element.get("values") for element in faded] == ["1;0.5;0.001"] and "mask=" in text
 
 
+@pytest.mark.slow
 def test_the_target_appears_at_the_end_of_an_animated_svg_where_parts_vanish(shapes, iccm):
     """The frames keep the parts of the source; the target's own drawing is shown over the last third of them."""
     (shapes / "bars.svg").write_text(SVG.format(SHADED_BARS))
@@ -275,6 +282,7 @@ def test_the_target_appears_at_the_end_of_an_animated_svg_where_parts_vanish(sha
     assert "keyTimes" not in (shapes / "p.svg").read_text()
 
 
+@pytest.mark.slow
 def test_drawings_of_one_colour_are_animated_as_areas_that_grow_and_shrink(shapes, iccm):
     import resvg_py
 
@@ -340,6 +348,7 @@ def test_css_animations_begin_and_end_with_the_drawings(shapes, iccm, pair):
     assert chromium.differing(*drawings) > 0.02
 
 
+@pytest.mark.slow
 def test_colours_of_drawings_grow_and_shrink_and_do_not_fade(shapes, iccm):
     """The square becomes a disc, and the plus in it a minus of the same white; only the ground changes its colour."""
     for name in ("plus badge", "minus badge"):
@@ -363,6 +372,7 @@ def test_colours_of_drawings_grow_and_shrink_and_do_not_fade(shapes, iccm):
     assert moving["fill"] == grounds and above.get("fill") == "#ffffff"
 
 
+@pytest.mark.slow
 def test_a_lottie_animation_has_the_paths_and_paints_of_the_frames(shapes, iccm):
     (shapes / "bend.svg").write_text(SVG.format(BEND.replace("<g ", '<g opacity="0.4" ')))
     (shapes / "disc.svg").write_text(SVG.format(SHADED_DISC))
@@ -506,6 +516,27 @@ ICONS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
+def test_a_ring_stays_as_thick_as_it_is_in_both_drawings(shapes, iccm):
+    """A round ring becomes one with flat sides, both of them with a line of 10 units."""
+    drawn = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 160 160"><path fill-rule="evenodd" d="{}"/></svg>'
+    round_ring = "M80 5a75 75 0 1 1 0 150a75 75 0 1 1 0-150zM80 15a65 65 0 1 0 0 130a65 65 0 1 0 0-130z"
+    flat_ring = (
+        "M45 5H115A40 40 0 0 1 155 45V115A40 40 0 0 1 115 155H45A40 40 0 0 1 5 115V45A40 40 0 0 1 45 5z"
+        "M45 15A30 30 0 0 0 15 45V115A30 30 0 0 0 45 145H115A30 30 0 0 0 145 115V45A30 30 0 0 0 115 15z"
+    )
+    for name, data in (("round", round_ring), ("flat", flat_ring)):
+        (shapes / f"{name}.svg").write_text(drawn.format(data))
+    assert iccm("morph", "round.svg", "flat.svg", "--frames", "3", "-o", "m-{number}.svg").code == 0
+    for number in (1, 2, 3):
+        (ring,) = shapely.get_parts(reader.read(shapes / f"m-{number}.svg").ink)
+        (hole,) = ring.interiors
+        outside = shapely.points(shapely.get_coordinates(ring.exterior.segmentize(1)))
+        thickness = shapely.distance(outside, hole)
+        assert thickness.min() > 9 and thickness.max() < 11, number
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "pair", [("burger", "cross"), ("pause", "play"), ("ring", "square"), ("check", "plus badge")]
 )
@@ -522,4 +553,58 @@ def test_the_first_and_the_last_frame_are_the_drawings(shapes, iccm, pair):
     assert iccm("morph", first, last, "--frames", "2", "-o", "i-{number}.svg").code == 0
     for number, name in ((1, first), (2, last)):
         frame, drawing = drawn(f"i-{number}.svg"), drawn(name)
-        assert drawing.std() > 50 and (np.abs(frame - drawing) > 64).mean() < 1e-3, name
+        # curves may lie apart by a third of a pixel, straight edges not at all
+        limit = 0 if "burger" in pair or "pause" in pair else 255 // 3
+        assert drawing.std() > 50 and np.abs(frame - drawing).max() <= limit, name
+
+
+@pytest.mark.slow
+def test_an_animation_runs_back_and_forth(shapes, iccm):
+    """Pictures show each frame once on each way, and the ends once; drawings end with the first outline."""
+    outputs = [f"m{suffix}" for suffix in (".webp", ".svg", ".css.svg", ".json")]
+    arguments = ["morph", "square.svg", "blob.svg", "--frames", "4", "--size", "48", "--fps", "2"]
+    result = iccm(*arguments, "--back-and-forth", *(word for name in outputs for word in ("-o", name)))
+    assert result.code == 0, result.err
+    with Image.open("m.webp") as file:
+        shown = []
+        for number in range(file.n_frames):
+            file.seek(number)
+            shown.append(np.asarray(file.convert("RGBA")).astype(int))
+    assert len(shown) == 6
+    assert all(np.array_equal(shown[3 - k], shown[3 + k]) for k in (1, 2))
+    assert all(np.abs(shown[k] - shown[k + 1]).max() > 50 for k in range(3))
+    values = re.search(r'attributeName="d" values="([^"]*)" dur="3s"', (shapes / "m.svg").read_text())[1]
+    paths = values.split(";")
+    assert len(paths) == 7 and paths == paths[::-1] and len(set(paths)) == 4
+    sheet = (shapes / "m.css.svg").read_text()
+    assert "3s linear infinite" in sheet and re.findall(r"([\d.]+)%\{d:", sheet)[-1] == "100"
+    lottie = json.loads((shapes / "m.json").read_text())
+    assert lottie["op"] == 6 and lottie["fr"] == 2
+
+
+@pytest.mark.slow
+def test_an_ending_is_seen_in_the_middle_of_the_way_back_and_forth(shapes, iccm):
+    """A part that vanishes: the target's own drawing appears over the last sixth of the way, and leaves likewise."""
+    (shapes / "two.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">'
+        '<linearGradient id="g"><stop stop-color="red"/><stop offset="1" stop-color="blue"/></linearGradient>'
+        '<path fill="url(#g)" d="M10 10h50v70h-50z"/><path fill="url(#g)" d="M75 60h15v25h-15z"/></svg>'
+    )
+    arguments = (
+        "morph",
+        "two.svg",
+        "square.svg",
+        *QUICK,
+        "--back-and-forth",
+        "-o",
+        "m.svg",
+        "-o",
+        "m.css.svg",
+    )
+    assert iccm(*arguments).code == 0
+    last = re.findall(r"<[^<]*animate [^>]*>", (shapes / "m.svg").read_text())[-1]
+    assert 'values="0;0;1;0;0"' in last and 'keyTimes="0;0.333333;0.5;0.666667;1"' in last
+    rule = re.search(r"@keyframes morph-end\{(.*)\}", (shapes / "m.css.svg").read_text())[1]
+    assert re.findall(r"([\d.]+)%\{opacity:(\d)\}", rule) == [
+        *[("0", "0"), ("33.3333", "0"), ("50", "1"), ("66.6667", "0"), ("100", "0")]
+    ]

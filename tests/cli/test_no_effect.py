@@ -76,6 +76,7 @@ def test_an_option_without_effect_is_refused(iccm, files, command):
     assert sorted(files.iterdir()) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [
@@ -96,6 +97,7 @@ def test_options_with_an_effect_and_defaults_are_accepted(iccm, files, command):
     assert result.code == 0, result.err
 
 
+@pytest.mark.slow
 def test_in_a_batch_defaults_need_an_effect_in_one_job_only(iccm, files):
     jobs = '[defaults]\ntarget = "b.svg"\nfilter = "nearest"\n[[job]]\nsource = "a.svg"\noutput = "{}"\n'
     Path("jobs.toml").write_text(
@@ -110,6 +112,7 @@ def test_in_a_batch_defaults_need_an_effect_in_one_job_only(iccm, files):
     assert result.code == 1 and "--filter" in result.err and Path("p.npz").exists()
 
 
+@pytest.mark.slow
 def test_in_a_batch_a_value_of_the_job_itself_needs_an_effect(iccm, files):
     Path("jobs.toml").write_text(
         '[[job]]\nsource = "a.svg"\ntarget = "b.svg"\noutput = "o.npz"\nfilter = "nearest"\n'
@@ -119,6 +122,7 @@ def test_in_a_batch_a_value_of_the_job_itself_needs_an_effect(iccm, files):
     assert result.code == 1 and line["status"] == "failed" and "--filter" in line["message"]
 
 
+@pytest.mark.slow
 def test_options_for_files_of_a_pattern_need_an_effect_in_one_of_them(iccm, files):
     options = [
         "batch",

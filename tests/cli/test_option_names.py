@@ -20,6 +20,7 @@ def picture_of(path):
     return image_files.read(path).pixels.shape[:2]
 
 
+@pytest.mark.slow
 def test_former_names_work_with_one_line_of_notice(shapes, iccm):
     result = iccm("map", "square.svg", "blob.svg", "--starts", "2", "--size", "24", "-o", "old.png")
     notices = [line for line in result.lines if "--effort" in line]

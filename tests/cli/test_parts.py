@@ -33,6 +33,7 @@ def drawings(shapes):
     return shapes
 
 
+@pytest.mark.slow
 def test_each_part_has_its_map_in_one_picture_stmap_and_report(drawings, iccm):
     result = iccm(*ALL, "-o", "o.png", "-o", "o.svg", "--stmap", "o.tif", "--report", "r.json")
     assert result.code == 0
@@ -70,6 +71,7 @@ def test_empty_parts_of_the_target_are_reported_even_when_quiet(drawings, iccm):
     assert unpaired == {"source": [], "target": ["2", "3"], "empty": pytest.approx(1 / 3)}
 
 
+@pytest.mark.slow
 def test_overlapping_targets_are_reported_even_when_quiet_and_the_smaller_lies_on_top(drawings, iccm):
     two = '<path id="head" d="M5 20H65V80H5z"/><path id="left" d="M45 40h40v40h-40z"/>'
     (drawings / "two.svg").write_text(SVG.format(two))
@@ -171,6 +173,7 @@ def test_a_pattern_has_one_scale_on_all_parts(drawings, iccm):
     assert spread["clamp"] > 4  # the dot has a sixth of a letter's area
 
 
+@pytest.mark.slow
 def test_each_piece_of_a_mesh_gets_the_source(drawings, iccm):
     corners = [f"v {x} {y} {z}" for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     faces = ["f 1 2 3", "f 1 3 4", "f 5 6 7", "f 5 7 8"]
@@ -205,6 +208,7 @@ def test_parts_each_works_in_batches_and_without_pins(drawings, iccm):
     assert refused.code == 2 and "--parts each: pins and strokes only work for one shape" in refused.err
 
 
+@pytest.mark.slow
 def test_a_part_without_a_map_is_omitted_reported_and_counted(drawings, iccm):
     """A triangle whose height is 1e-5 of its width has no map; the figures of the other part are as if it were
     alone.

@@ -69,6 +69,7 @@ def test_a_map_written_as_a_picture_places_the_tile_alike(tile, iccm):
     assert np.abs(result - again)[core].mean() < 0.2
 
 
+@pytest.mark.slow
 def test_a_mesh_shows_tiles_by_its_coordinates_or_baked(tile, iccm):
     onto = (
         "map",

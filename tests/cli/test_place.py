@@ -132,23 +132,9 @@ def test_incompatible_options_are_refused_in_one_line(drawings, iccm, options, n
     assert not (drawings / "o.png").exists()
 
 
-def test_meshes_are_filled(drawings, iccm):
-    (drawings / "two.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
-    result = iccm("map", "sign.svg", "two.obj", "--place", "slice", "-o", "o.obj")
-    assert result.code == 2 and "two.obj" in result.err and "--place" in result.err
-
-
-def test_frames_of_a_sequence_are_not_placed(drawings, iccm):
-    for number in (1, 2):
-        (drawings / f"f{number}.svg").write_text(SVG.format(80, 100, SHIELD))
-    result = iccm("map", "sign.svg", "f*.svg", "--sequence", "--place", "inside", "-o", "o{number}.png")
-    assert result.code == 2 and "place" in result.err
-
-
 @pytest.mark.slow
-def test_manifests_take_it(drawings, iccm):
-    (drawings / "jobs.toml").write_text(
-        '[[job]]\nsource = "sign.svg"\ntarget = "shield.svg"\nplace = "slice"\noutput = "o.png"\nsize = 200\n'
-    )
-    assert iccm("batch", "jobs.toml").code == 0
-    assert disc("o.png")[-1] > 0.5
+def test_meshes_are_filled_or_sliced(drawings, iccm):
+    (drawings / "two.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n")
+    assert iccm("map", "sign.svg", "two.obj", "--place", "slice", "-o", "o.obj").code == 0
+    result = iccm("map", "sign.svg", "two.obj", "--place", "inside", "-o", "p.obj")
+    assert result.code == 2 and "two.obj" in result.err and "--place" in result.err

@@ -38,6 +38,21 @@ def test_a_photo_of_a_page_is_rectified_as_by_scikit_image(folder, iccm):
     assert np.abs(expected - picture).mean() < 1.5
 
 
+def test_a_page_on_a_plain_background_keeps_its_print(folder, iccm):
+    """Parts of the page that have the background's colour, grey, are not background."""
+    photo = Image.new("RGB", (400, 300), (90, 90, 90))
+    photo.paste((250, 250, 250), (50, 40, 350, 260))
+    photo.paste((90, 90, 90), (80, 60, 300, 110))
+    photo.save("table.png")
+    page = "table.png#plane=50,40:350,40:350,260:50,260"
+    assert iccm("map", page, "sheet:300x220", "-o", "flat.png", "--size", "300x220").code == 0
+    flat = np.asarray(Image.open("flat.png").convert("RGBA"))
+    assert (flat[..., 3] == 255).all()
+    assert np.abs(flat[30:60, 40:240, :3].astype(int) - 90).max() <= 2
+    assert np.abs(flat[90:210, 40:280, :3].astype(int) - 250).max() <= 2
+
+
+@pytest.mark.slow
 def test_a_picture_laid_on_a_photo_comes_back_flat(folder, iccm):
     place = "coffee.jpg#plane=30,180:120,200:100,250:5,220"
     assert (
@@ -55,6 +70,7 @@ def test_a_picture_laid_on_a_photo_comes_back_flat(folder, iccm):
     assert np.abs(back - sign)[8:-8, 8:-8, :3].mean() < 6
 
 
+@pytest.mark.slow
 def test_a_label_on_a_bottle_is_unrolled_in_its_proportions(folder, iccm):
     """A photograph is made by tracing rays, which knows nothing of the points that are marked."""
     width, height, pitch, distance, focal = 800, 600, 0.25, 330.0, 1500.0

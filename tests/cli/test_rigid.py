@@ -33,6 +33,7 @@ def drawn(shapes):
     return shapes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "typed",
     [
@@ -58,6 +59,7 @@ def test_a_region_can_be_given_in_four_ways(drawn, iccm, typed):
     assert np.abs(across).max() <= 0.02 * step.mean()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
@@ -76,11 +78,33 @@ def test_wrong_regions_are_refused_in_one_line(drawn, iccm, typed, message):
     assert len(result.err.strip().splitlines()) <= 2
 
 
+WORD = '<path d="M5 5H95V95H5Z"/><g id="word" fill="#fff">{}</g>'
+LETTERS = '<path d="M20 40h10v20H20z"/><circle cx="45" cy="50" r="8"/><path d="M60 45h16v15H60z"/>'
+
+
+@pytest.mark.slow
+def test_a_group_moves_as_one_body_and_each_part_by_itself_if_requested(drawn, iccm):
+    (drawn / "word.svg").write_text(SVG.format(WORD.format(LETTERS)))
+    arguments = "word.svg", "blob.svg", "--rigid", "#word", "-o", "m.npz", "--report", "r.json"
+    places = np.array([21 - 41j, 29 - 59j, 45 - 50j, 61 - 46j, 75 - 59j])
+    errors = []
+    for more in ([], ["--rigid-each"]):
+        result = iccm("map", *arguments, "--force", *more)
+        assert result.code == 0, result.err
+        regions = json.loads((drawn / "r.json").read_text())["regions"]
+        assert len(regions) == (3 if more else 1)
+        images = load("m.npz").map(places)
+        similarity = np.polyfit(places, images, 1)
+        errors.append(np.abs(np.polyval(similarity, places) - images).max())
+    assert errors[0] < 0.01 * 55 < 20 * errors[1]
+
+
 def test_elements_named_rigid_in_a_target_get_a_note(drawn, iccm):
     result = iccm("map", "square.svg", "rigid-logo.svg", "--size", "32", "-o", "o.png")
     assert result.code == 0 and "rigid-logo.svg: elements named rigid in the target are ignored" in result.err
 
 
+@pytest.mark.slow
 def test_brighter_parts_become_larger_and_important_ones_stay(drawn, iccm):
     ramp = np.repeat(np.linspace(0, 255, 64).astype(np.uint8)[None, :, None], 64, axis=0)
     image_files.write("ramp.png", image_files.Image(np.repeat(ramp, 3, axis=2)))
@@ -197,6 +221,7 @@ def pipe_glb(path):
     path.write_bytes(gltf.glb(tree, views))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_fast(["#paper", "#pipe_1"], 1))
 def test_a_material_of_a_glb_is_a_region_like_that_of_an_obj(drawn, iccm, name):
     (drawn / "pipe.obj").write_text(pipe())
@@ -224,6 +249,7 @@ def test_a_name_that_a_glb_has_not_is_refused_with_those_that_it_has(drawn, iccm
     assert "geometry or material" in result.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("region", ["#label", "#paper", "whole.png"])
 def test_nothing_is_bent_on_a_region_of_a_mesh(drawn, iccm, region):
     (drawn / "pipe.obj").write_text(pipe())
@@ -284,12 +310,13 @@ def test_a_region_of_a_mesh_without_room_is_smaller_and_reported(drawn, iccm):
     )
     common = ("--rigid", "#label", "--stmap", "o.tif", "--size", "60", "--report", "r.json")
     result = iccm("map", "pipe.obj", "bar.svg", *common)
-    assert result.code == 0 and re.search(r"region 1 .*room .*up to 0\.\d\d", result.err)
+    assert result.code == 0 and re.search(r"region 1 .*mapped at 0\.\d\d", result.err)
     (region,) = json.loads((drawn / "r.json").read_text())["regions"]
     label = 5 / 16 * np.sqrt(400 * 10 / (2 * 1))  # its height at the mean scale
     assert region["dilatation"] <= 1.02 and 0.5 * 10 / label < region["scale"] < 10 / label
 
 
+@pytest.mark.slow
 def test_an_element_of_a_target_is_kept(drawn, iccm):
     result = iccm(
         "map", "blob.svg", "rigid-logo.svg", "--rigid-target", "mask.png", "--report", "r.json", "-o", "o.npz"

@@ -53,6 +53,7 @@ def test_frames_continue_from_each_other_and_are_resumed(frames, iccm):
     assert refused.code == 2 and "the file exists" in refused.err
 
 
+@pytest.mark.slow
 def test_textures_and_sources_are_frames_too(frames, iccm):
     for k in range(4):
         image_files.write(f"t{k}.png", image_files.Image(np.full((4, 4, 3), 60 * k, np.uint8)))
@@ -79,6 +80,7 @@ def test_a_manifest_has_sequences_too(frames):
     assert tasks[1].job.fit == "whole" and tasks[1].job.holes == "keep" and tasks[4].job.fit is None
 
 
+@pytest.mark.slow
 def test_a_frame_that_differs_too_much_starts_afresh_with_a_note(frames, iccm):
     assert iccm("map", "square.svg", "frames/f8.svg", "-o", "bar.npz").code == 0
     spiky = '<path d="M50 5L54 46L95 50L54 54L50 95L46 54L5 50L46 46Z"/>'
@@ -91,6 +93,7 @@ def test_a_frame_that_differs_too_much_starts_afresh_with_a_note(frames, iccm):
     assert result.code == 0 and any("a new one is computed" in line for line in result.lines), result.err
 
 
+@pytest.mark.slow
 def test_a_map_of_frames_goes_on_from_itself(shapes, iccm):
     comb = '<path d="M10 90V34H17V80H30V10H37V80H52V26H59V80H84V18H91V90Z"/><path d="M66 44H74V54H66Z"/>'
     Path("comb.svg").write_text(SVG.format(comb))

@@ -47,6 +47,7 @@ def marked(shapes):
     return write
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "height", "_"), SIZES)
 @pytest.mark.keeps("svg", "width and height in their unit")
 def test_drawings_have_the_size_of_their_target_in_its_unit(marked, iccm, width, height, _):
@@ -59,6 +60,7 @@ def test_drawings_have_the_size_of_their_target_in_its_unit(marked, iccm, width,
     assert size_of("d.svg") == (width, height)
 
 
+@pytest.mark.slow
 def test_a_morph_has_the_size_of_its_target(marked, iccm):
     marked("120mm", "80mm")
     assert iccm("morph", "square.svg", "marked.svg", "--frames", "2", "-o", "m-{number}.svg").code == 0
@@ -74,6 +76,7 @@ def test_a_target_without_a_size_gives_none(shapes, iccm):
     assert size_of("o.svg") == (None, None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "height", "millimetres"), SIZES)
 @pytest.mark.keeps("dxf", "layers", "colours", "lengths in millimetres")
 def test_lines_of_svg_become_dxf_and_come_back(marked, iccm, width, height, millimetres):

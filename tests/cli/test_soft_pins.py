@@ -31,6 +31,7 @@ def errors(iccm, folder, *arguments):
     return [pin["error"] for pin in json.loads(report.read_text())["pins"]], result.err
 
 
+@pytest.mark.slow
 def test_pins_are_soft_with_one_note_and_exact_on_request(iccm, tmp_path, pair):
     missed, notes = errors(iccm, tmp_path, *pair, *PINS)
     assert 1e-5 < max(missed) < 0.03
@@ -39,6 +40,7 @@ def test_pins_are_soft_with_one_note_and_exact_on_request(iccm, tmp_path, pair):
     assert max(exact) < 1e-9 and "exact" not in notes
 
 
+@pytest.mark.slow
 def test_typed_settings_and_listed_ones_are_the_same(iccm, tmp_path, pair):
     first, _ = errors(
         iccm, tmp_path, *pair, "--pin", "40,45:50,48,radius=0", "--pin", "60,45:75,52,r=6,tolerance=1"

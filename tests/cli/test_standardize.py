@@ -39,6 +39,7 @@ def wings(tmp_path_factory):
     return folder, drawn, run(folder, reflect=True)
 
 
+@pytest.mark.slow
 def test_the_same_pattern_has_nearly_no_spread(wings):
     folder, _, summary = wings
     assert summary.ok
@@ -126,6 +127,7 @@ def test_a_reference_is_mapped_onto_itself(tmp_path):
     assert rows["a"]["status"] == "done"
 
 
+@pytest.mark.slow
 def test_as_typed_with_a_file_of_landmarks_for_each(tmp_path, iccm, monkeypatch):
     drawn = {"left": Wing(5, 120), "right": Wing(6, 120)}
     write(tmp_path / "pictures", drawn)

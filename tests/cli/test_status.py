@@ -80,12 +80,13 @@ def test_work_is_shown_with_its_seconds_between_messages(monkeypatch):
 def test_remaining_time_is_estimated_from_finished_work(monkeypatch):
     times = iter(range(0, 100, 10))
     monkeypatch.setattr(status.time, "monotonic", lambda: next(times))
-    line = status.Line()
+    line = status.StatusLine()
     line("a.svg", 0, 4)  # at 10
     line("b.svg, \x1b[2J", 1, 4)
     assert str(line).endswith(" 1/4, 20 s, about 30 s left: b.svg, \\x1b[2J")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)]
 )

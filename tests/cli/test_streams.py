@@ -31,6 +31,7 @@ def test_a_batch_runs_without_streams(shapes, shell, closed):
     assert (shapes / "square-blob.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", ["info square.svg >&-", "--version 2>&-", "doctor >&- 2>&-", "map a.svg b.svg 2>&-"]
 )
@@ -39,6 +40,7 @@ def test_other_commands_too(shapes, shell, command):
     assert result.returncode == (2 if command.startswith("map") else 0) and "Traceback" not in result.stderr
 
 
+@pytest.mark.slow
 def test_quiet_does_not_hide_that_a_result_is_doubtful(shapes, iccm):
     pins = ("--pin", "30,50:70,50", "--pin", "70,50:30,50", "--pin-weight", "1000", "--quasi", "0.001")
     result = iccm("map", "disk.svg", "disk.svg", *pins, "--vertices", "60", "--size", "16", "-q")
@@ -46,6 +48,7 @@ def test_quiet_does_not_hide_that_a_result_is_doubtful(shapes, iccm):
     assert all(line.startswith(("note: ", "error: ")) for line in result.lines)
 
 
+@pytest.mark.slow
 def test_quiet_does_not_hide_a_poor_job_of_a_batch(shapes, iccm):
     job = {
         "source": "square.svg",

@@ -64,6 +64,7 @@ def laid_out(path: str) -> tuple[shapely.Geometry, np.ndarray]:
     return shapely.union_all([shapely.Polygon(ring) for ring in rings], grid_size=1e-9), areas
 
 
+@pytest.mark.slow
 def test_subdividing_the_rim_brings_conformal_maps_closer(bowl, iccm):
     gaps = []
     for more in ((), ("--subdivide-rim",)):
@@ -74,6 +75,7 @@ def test_subdividing_the_rim_brings_conformal_maps_closer(bowl, iccm):
     assert gaps[0] > 3e-3 and gaps[1] <= 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])
 def test_chords_follow_the_outline_and_the_surface_stays(bowl, iccm, suffix):
     gaps, holds = [], []
@@ -133,6 +135,7 @@ def test_both_sides_of_a_seam_are_split_alike(tmp_path, monkeypatch, iccm):
     assert mesh.is_watertight
 
 
+@pytest.mark.slow
 def test_layouts_onto_an_outline_have_their_rims_split(bowl, iccm):
     missed, outline = [], drawn()
     low, high = np.reshape(outline.bounds, (2, 2))

@@ -43,6 +43,7 @@ def spread(count):
     return sorted({*range(min(3, count)), *(round(k * count / CHECKS) for k in range(CHECKS)), count - 1})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [
@@ -78,6 +79,7 @@ def test_whenever_the_time_is_over_the_exit_code_is_1(iccm, files, clock, comman
         assert all(complete[name][:4] == Path(name).read_bytes()[:4] for name in found)
 
 
+@pytest.mark.slow
 def test_a_batch_runs_jobs_again_whose_outputs_are_not_all_written(iccm, files, clock, monkeypatch):
     from iccm.io.batch import worker
 

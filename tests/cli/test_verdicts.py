@@ -29,6 +29,7 @@ def test_a_folded_map_is_a_failure_and_no_quiet_hides_where(tmp_path, iccm):
     assert quiet.code == 1 and f"{folded:.1%}" in quiet.err and "error: " in quiet.err
 
 
+@pytest.mark.slow
 def test_a_note_names_the_method_that_an_option_selects(tmp_path, iccm):
     arguments = ("map", FILES / "block.svg", FILES / "shield.svg", "--size", "48", "-o", tmp_path / "out.png")
     result = iccm(*arguments, "--smoothness", "1")
@@ -47,6 +48,7 @@ def test_pins_that_lead_out_of_the_target_are_refused_by_every_method(shapes, ic
         library.fit(LIMB, 2 * LIMB, pins=[(0.5 + 0.5j, 9 + 9j)], method=method)
 
 
+@pytest.mark.slow
 def test_options_of_other_methods_are_noted_and_judged_in_python():
     fit = library.fit(LIMB, np.exp(2j * np.pi * np.arange(40) / 40), smoothness=10.0)
     assert "because of --smoothness" in fit.notes[0]

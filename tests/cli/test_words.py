@@ -49,6 +49,7 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
     assert Path("out.svg").read_text().count("<path ") == 2 and "<text" not in Path("out.svg").read_text()
 
 
+@pytest.mark.slow
 def test_a_word_fills_the_target_and_stays_inside(folder, iccm):
     bare = "--detail", "0", "--gaps", "transparent"
     result = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json", *bare)

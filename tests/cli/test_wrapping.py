@@ -6,7 +6,7 @@ import click
 import pytest
 
 from iccm.cli import logs
-from iccm.cli.status import Line
+from iccm.cli.status import StatusLine
 
 LONG = (
     "drawings/a-rather-long-name.svg: ignored 2 other outlines, the largest with 1.5% of this one's "
@@ -49,7 +49,7 @@ def test_notes_are_not_wrapped_without_a_terminal(monkeypatch):
 def test_short_remaining_times_are_not_shown(monkeypatch):
     now = [100.0]
     monkeypatch.setattr("iccm.cli.status.time.monotonic", lambda: now[0])
-    line = Line()
+    line = StatusLine()
     line("steps", 0, 10)
     now[0] = 104.0
     line("steps", 1, 10)

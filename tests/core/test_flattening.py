@@ -64,7 +64,7 @@ def test_removed_vertices_are_restored(monkeypatch, seed, theta, bent, how):
 
     def work():
         u = start.copy()
-        return coarsening.put_back(removed, points, theta, u, **how), u
+        return coarsening.reinsert_vertices(removed, points, theta, u, **how), u
 
     compiled, expected = run_both(monkeypatch, coarsening, {"_put_back": put_back}, work)
     assert compiled[0] == expected[0] == (bent < 0.1)

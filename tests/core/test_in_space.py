@@ -9,7 +9,7 @@ from iccm.balanced.minimise.energy import Objective, RestShapes, geometry
 from iccm.balanced.minimise.in_space import Ground, SurfaceMap
 from iccm.balanced.minimise.sliding import Constraints
 from iccm.linalg.cholesky import system_of
-from iccm.meshes.locate import Places
+from iccm.meshes.locate import LocatorArrays
 from iccm.meshes.topology import Triangles
 from iccm.plane import triangle_areas
 from tests.core.reference import in_space as reference
@@ -32,7 +32,7 @@ def ground():
     flat, faces = scattered(60)
     points = np.column_stack([flat.real, flat.imag, 0.4 * np.sin(3 * flat.real + 1) * np.cos(4 * flat.imag)])
     grid = RNG.integers(0, len(faces), (GRID, GRID)).astype(np.int32)
-    places = Places(flat, faces, Triangles(faces, flat.size).twin, grid, 0j, float(GRID))
+    places = LocatorArrays(flat, faces, Triangles(faces, flat.size).twin, grid, 0j, float(GRID))
     sides, edges = flat[faces][:, 1:] - flat[faces][:, :1], points[faces][:, 1:] - points[faces][:, :1]
     matrix = np.stack([sides.real, sides.imag], axis=1)
     return Ground(places, points, np.ascontiguousarray(edges.transpose(0, 2, 1) @ np.linalg.inv(matrix)))

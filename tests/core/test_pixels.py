@@ -87,7 +87,7 @@ def halved(picture, taps, edge):
         taken = 2 * np.arange((n + 1) // 2)[:, None] + np.arange(-5, 7)
         beyond = (taken < 0) | (taken >= n)
         if edge in (pyramid.REPEAT, pyramid.MIRROR):
-            taken = pyramid._repeated(taken, n, edge)
+            taken = pyramid._inside(taken, n, edge)
         texels = np.moveaxis(picture, axis, 0)[np.clip(taken, 0, n - 1)]
         if edge == pyramid.CLEAR:
             texels[beyond] = 0
@@ -107,9 +107,9 @@ def test_pictures_are_halved(edge, shape):
 
 def test_rows_repeat_as_the_core_has_them():
     rows = np.arange(-30, 40)
-    assert pyramid._repeated(rows, 7, pyramid.REPEAT).tolist() == [i % 7 for i in rows]
+    assert pyramid._inside(rows, 7, pyramid.REPEAT).tolist() == [i % 7 for i in rows]
     tiles = np.concatenate([np.arange(7), np.arange(7)[::-1]])
-    assert pyramid._repeated(rows, 7, pyramid.MIRROR).tolist() == [tiles[i % 14] for i in rows]
+    assert pyramid._inside(rows, 7, pyramid.MIRROR).tolist() == [tiles[i % 14] for i in rows]
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.uint16])
@@ -143,7 +143,7 @@ def test_the_nearest_texels(edge, kind):
     nearest = np.floor(xy).astype(int)
     beyond = ((nearest < 0) | (nearest >= (w, h))).any(axis=1)
     if edge in (pyramid.REPEAT, pyramid.MIRROR):
-        j, i = (pyramid._repeated(nearest[:, k], n, edge) for k, n in enumerate((w, h)))
+        j, i = (pyramid._inside(nearest[:, k], n, edge) for k, n in enumerate((w, h)))
     else:
         j, i = (np.clip(nearest[:, k], 0, n - 1) for k, n in enumerate((w, h)))
     expected = ready[i, j]
@@ -178,7 +178,7 @@ def test_places_in_a_picture():
     expected = np.column_stack([(z.real + 1) * across, (1 - z.imag) * below])
     np.testing.assert_allclose(places.xy, expected, rtol=1e-15)
     turn = [right.real * across, down.real * across, -right.imag * below, -down.imag * below]
-    np.testing.assert_allclose(places.turn, np.column_stack(turn), rtol=1e-7)
+    np.testing.assert_allclose(places.jacobian, np.column_stack(turn), rtol=1e-7)
 
 
 def test_bytes_are_those_of_the_formula():

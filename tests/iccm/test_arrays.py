@@ -34,3 +34,8 @@ def test_pairs_of_integers_and_of_numbers_in_lists_are_points():
     for pairs in ([(1, 2), (3, 4)], np.array([[1, 2], [3, 4]], np.uint8), [[1.0, 2], [3, 4]]):
         assert np.array_equal(as_complex(pairs, "outline"), expected)
     assert as_complex([(1, 2)], "pins", 2).tolist() == [[1, 2]]  # two real points, as before
+
+
+def test_integers_beyond_floating_point_are_refused():
+    with pytest.raises(InputError, match="outline: "):
+        as_complex([0, 10**400, 1j], "outline")

@@ -64,6 +64,7 @@ def test_far_from_the_origin_the_image_of_the_boundary_is_the_same():
     assert hausdorff(image, Curve(moved.z + 2e7j)) < 2e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [arrow(), star(), pear(), ell()])
 def test_balanced_maps_hold_the_outline_as_stated(target):
     """docs: to 2e-4 of the target's diagonal."""

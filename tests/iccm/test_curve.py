@@ -18,9 +18,9 @@ BAD_DOMAINS = {
     "point": ([1, 1, 1, 1], "1 distinct vertices"),
     "two": ([0, 1, 1, 0], "2 distinct vertices"),
     "line": ([0, 1, 2, 3], "encloses no area"),
-    "symmetric bow": ([0, 1 + 1j, 1, 1j], "crosses itself: Self-intersection[0.5 0.5]"),
-    "touching": ([0, 4, 4 + 4j, 2, 4j], "touches itself"),
-    "bow": ([0, 2 + 2j, 2, 1j], "crosses itself: Self-intersection[0.6666"),
+    "symmetric bow": ([0, 1 + 1j, 1, 1j], "crosses itself at (0.5, 0.5); remove the crossing"),
+    "touching": ([0, 4, 4 + 4j, 2, 4j], "touches itself at (2, 0)"),
+    "bow": ([0, 2 + 2j, 2, 1j], "crosses itself at (0.666667, 0.666667)"),
 }
 
 

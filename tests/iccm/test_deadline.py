@@ -28,6 +28,7 @@ def test_without_a_limit_the_clock_is_not_read(clock):
     assert clock.checks == 0
 
 
+@pytest.mark.slow
 def test_enough_time_changes_nothing(clock):
     plain = iccm.fit(SQUARE, FLOWER)
     with deadline.limited(1.0):
@@ -36,6 +37,7 @@ def test_enough_time_changes_nothing(clock):
     assert limited.map.image.tobytes() == plain.map.image.tobytes() and limited.notes == plain.notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["balanced", "paper"])
 def test_an_interrupted_search_gives_the_best_map_so_far_with_a_note(clock, method):
     options = {"method": method} | ({"vertices": 60} if method == "paper" else {})
@@ -88,6 +90,7 @@ PROBLEMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_fast(PROBLEMS, {"an outline onto a surface", "pins"}))
 def test_ended_searches_with_surfaces_or_constraints_give_a_map_or_a_line(clock, name):
     """A map is the best one so far: it does not fold, and is not reported as finished. A region is rigid, or there is

@@ -115,6 +115,7 @@ def test_axes_flip_pairs_and_polygons_upright(whole, axes):
         iccm.fit(FLAG, GOAL, axes="up")
 
 
+@pytest.mark.slow
 def test_pins_strokes_and_regions_are_in_the_same_axes():
     pin = (INSIDE[0], GOAL.mean(axis=0))
     stroke = (INSIDE[1:2] + np.array([[0, 0], [0.5, 0.25]]), np.array([[7.0, 3.0], [7.5, 3.5]]))
@@ -148,6 +149,7 @@ def test_contours_of_scikit_image_are_upright():
     assert np.isnan(fit.map(np.array([row, column]))).any(axis=1).tolist() == [True, False]
 
 
+@pytest.mark.slow
 def test_the_inverse_has_a_value_everywhere_inside_the_target():
     """Uncovered points take the value of the nearest point: scikit-image shows no holes in the target."""
     source = 40 + 30 * arrow()
@@ -164,6 +166,7 @@ def test_the_inverse_has_a_value_everywhere_inside_the_target():
     assert np.isnan(fit.transform.inverse(outside)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["balanced", "conformal", "paper"])
 def test_values_are_restored_bit_for_bit(method):
     source = (
@@ -188,6 +191,7 @@ OUTLINE = (
 GOAL_OUTLINE = np.array([0, 4, 5 + 3j, 2 + 4.1j, -1 + 2j]) / 70 + AWKWARD * (1e-5 - 1e-5j)
 
 
+@pytest.mark.slow
 def test_outlines_pins_strokes_and_holes_are_restored_bit_for_bit(tmp_path):
     pins = [
         (OUTLINE[1], GOAL_OUTLINE[1]),  # on both outlines
@@ -281,7 +285,8 @@ def test_help_and_dir_show_the_surface_alone(plain):
     import pydoc
 
     text = pydoc.plain(pydoc.render_doc(iccm.fit))
-    assert "Map the source onto the target" in text and "-> 'Fit'" in text
+    assert "Map the source onto the target" in text
+    assert "-> Fit" in text.replace("'", "")  # in quotes up to Python 3.13
     for function in (iccm.fit, iccm.deform, iccm.transfer, iccm.warp):
         parameters = inspect.signature(function).parameters.values()
         assert all(parameter.annotation is not inspect.Parameter.empty for parameter in parameters)
@@ -325,6 +330,7 @@ def test_meshes_that_are_arrays_are_flattened_and_mapped():
             iccm.flatten(*wrong)
 
 
+@pytest.mark.slow
 def test_several_polygons_are_one_drawing():
     parts = [shapely.box(0, 0, 2, 1), shapely.box(3, 0, 4, 2)]
     several = shapely.MultiPolygon(parts)
@@ -390,8 +396,10 @@ def test_a_missing_file_is_an_error_of_python_and_of_iccm(tmp_path):
         assert isinstance(caught.value, InputError) and "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_paths_of_matplotlib_are_shapes():
     from matplotlib.path import Path
+    from matplotlib.textpath import TextPath
 
     flag = Path(np.concatenate([FLAG, FLAG[:1]]), closed=True)
     hole = Path(np.concatenate([HOLE, HOLE[:1]]), closed=True)
@@ -408,6 +416,8 @@ def test_paths_of_matplotlib_are_shapes():
     assert np.allclose(np.sort_complex(listed), np.sort_complex(complex_of(FLAG)))
     parts = Path.make_compound_path(flag, Path(FLAG + np.array([20, 0]), closed=True))
     assert len(given.drawing_of(parts, "source").parts) == 2
+    letter = given.outlines_of(TextPath((0, 0), "L", size=10), "source").outline  # another class of paths
+    assert np.ptp(letter.imag) == pytest.approx(7.29, abs=0.1) and letter.size == 6
     with pytest.raises(InputError, match=r"^source: the path has no area"):
         iccm.fit(Path([[0, 0], [1, 1]]), GOAL)
 

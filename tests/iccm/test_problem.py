@@ -51,6 +51,13 @@ def test_options_of_other_methods_are_refused_by_the_balanced_method():
             Options(method="balanced", **{name: another_value(name)})
 
 
+@pytest.mark.parametrize("balance", [-1, 10.5, 1e308, 10**400, float("nan")])
+def test_a_weight_of_areas_beyond_its_range_is_refused(balance):
+    """Larger weights are approached by doubling, so that their number would have no end."""
+    with pytest.raises(InputError, match=r"^balance: .*10"):
+        Options(balance=balance)
+
+
 def parts_of(hint):
     """The types of a union and the values of literals."""
     if get_origin(hint) in (Union, UnionType, Literal):

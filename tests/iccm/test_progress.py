@@ -50,6 +50,7 @@ def test_nobody_need_listen():
         assert list(progress.counted("nobody", "ab")) == ["a", "b"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "stages"),
     [

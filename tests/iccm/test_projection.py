@@ -6,7 +6,7 @@ import pytest
 from iccm.errors import InputError
 from iccm.projection.camera import Camera
 from iccm.projection.marked import planar, revolved
-from iccm.projection.method import Canvas, solve
+from iccm.projection.method import FlatView, solve
 from iccm.projection.surfaces import Ball, Flat, Revolved
 from iccm.projection.view import Projected
 from tests.cases import some_fast
@@ -78,7 +78,7 @@ SURFACES = {
 def test_every_pixel_shows_the_point_hit_by_its_ray(name):
     surface, traced = SURFACES[name]
     view = Projected(surface, Camera.around(TURN, PITCH, DISTANCE), SIZE)
-    fit = solve(Canvas(BOX), view)
+    fit = solve(FlatView(BOX), view)
     assert fit.certificate.certified and fit.status.ok and not fit.notes
     x, y = np.meshgrid(np.linspace(-75, 75, 91), np.linspace(-65, 65, 79))
     pixels = x + 1j * y
@@ -94,7 +94,7 @@ def test_every_pixel_shows_the_point_hit_by_its_ray(name):
 @pytest.mark.parametrize(("turn", "pitch"), some_fast([(160, -35), (20, 0), (160, 23.5), (40, 90)], 1))
 def test_a_globe_is_covered_whole_with_its_poles_and_where_its_ends_meet(turn, pitch):
     view = Projected(Ball(60), Camera.around(turn, pitch, 300))
-    fit = solve(Canvas((0j, 360 + 180j)), view)
+    fit = solve(FlatView((0j, 360 + 180j)), view)
     disc = np.pi * (60 / np.sqrt(1 - 0.2**2)) ** 2  # of the cone of tangents, in the plane of the centre
     assert fit.certificate.certified
     assert fit.target.area == pytest.approx(disc, rel=2e-3)
@@ -102,13 +102,13 @@ def test_a_globe_is_covered_whole_with_its_poles_and_where_its_ends_meet(turn, p
 
 def test_the_larger_part_is_shown_where_both_ends_of_a_label_are_visible():
     view = Projected(Revolved(45, 45, 100), Camera.around(170, 10, 400))
-    fit = solve(Canvas((0j, 250 + 100j)), view)
+    fit = solve(FlatView((0j, 250 + 100j)), view)
     assert any("both ends" in note for note in fit.notes) and fit.certificate.certified
 
 
 def test_a_cone_seen_from_above_is_visible_all_around():
     view = Projected(Revolved(5, 60, 20), Camera.around(30, 80, 400))
-    fit = solve(Canvas((0j, 300 + 40j)), view)
+    fit = solve(FlatView((0j, 300 + 40j)), view)
     assert fit.certificate.certified and not fit.notes
     assert fit.target.contains(np.array([20 - 20j, -20 + 20j, 20 + 20j])).all()
 
@@ -123,14 +123,14 @@ def test_a_cone_seen_from_above_is_visible_all_around():
 )
 def test_unusable_views_are_refused(view):
     with pytest.raises(InputError):
-        solve(Canvas(BOX), view)
+        solve(FlatView(BOX), view)
 
 
 def test_a_homography_is_that_of_scikit_image():
     transform = pytest.importorskip("skimage.transform")
     corners = np.array([155 - 15j, 360 - 95j, 260 - 130j, 65 - 40j])
     view = planar(corners, (-172j, 448 + 0j)).view
-    fit = solve(view, Canvas((0j, 300 + 50j)))
+    fit = solve(view, FlatView((0j, 300 + 50j)))
     flat = np.array([[0, 50], [300, 50], [300, 0], [0, 0]])
     reference = transform.ProjectiveTransform.from_estimate(flat, np.c_[corners.real, corners.imag])
     x, y = np.meshgrid(np.linspace(1, 299, 60), np.linspace(1, 49, 20))
@@ -161,6 +161,13 @@ def test_a_label_is_found_from_six_points_on_a_photograph(top, pitch):
     true = camera.image(surface.place(u * 2 * half * surface.radius + 1j * v * surface.size[1]))
     away = np.abs(estimate.view.image(u * width + 1j * v * estimate.view.label[1]) - true)
     assert away.max() < 15  # pixels of 4000, for marks that are 2 off
+
+
+@pytest.mark.parametrize("order", [[5, 4, 3, 2, 1, 0], [2, 1, 0, 5, 4, 3]])
+def test_points_of_a_label_in_mirrored_order_are_refused(order):
+    points, _ = photographed(Revolved(30, 41, 95), 0.3, 3400.0, 8, 15)
+    with pytest.raises(InputError, match=r"^name the points"):  # a view fits them within 6 pixels
+        revolved(60, 82, 95, points[order], (-3000j, 4000 + 0j))
 
 
 def test_proportions_of_a_sheet_follow_from_its_perspective():

@@ -4,15 +4,13 @@ import gc
 import re
 import weakref
 from dataclasses import fields, replace
-from pathlib import Path
 
+import numpy as np
 import pytest
 
 import iccm
 from iccm.result import FORMER_NAMES
 from tests.shapes import arrow, ell, pear
-
-PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python.md"
 
 
 @pytest.fixture(scope="module")
@@ -45,14 +43,6 @@ def test_former_names_have_their_values_and_warn(fit):
     assert values["moved_rings"][0].size > 4 and values["visible_map"] is not None
 
 
-def test_the_guide_lists_all_former_names():
-    table = PAGE.read_text(encoding="utf-8").partition("## Former names")[2]
-    rows = dict(re.findall(r"^\| `(\w+)` \| (.*?) \|$", table, re.MULTILINE))
-    assert {name: row.replace("`", "") for name, row in rows.items()} == {
-        name: present for name, (present, _) in FORMER_NAMES.items()
-    }
-
-
 def test_a_name_that_never_was_is_an_attribute_error(fit):
     with pytest.raises(AttributeError, match="nonsense"):
         _ = fit.nonsense
@@ -69,6 +59,15 @@ def test_a_result_can_be_made_by_its_former_keyword(fit):
         made = iccm.Fit(**given, _ended=iccm.Status.GAP, tolerance=0.25)
     assert made.details.tolerance == 0.25 and made.details.drawings is None
     assert replace(made, notes=["new"]).notes == ["new"]
+
+
+def test_a_number_has_a_number_as_its_image(fit):
+    z = complex(fit.source.z[0])
+    w = fit.map(z)
+    for image in (w, fit.inverse(w), fit.transform(z), fit.transform.inverse(w)):
+        assert isinstance(image, complex)
+    assert abs(fit.inverse(w) - z) < 1e-9
+    assert np.shape(fit.map(np.array(z))) == () and np.shape(fit.map(np.array([z]))) == (1,)
 
 
 def test_a_result_is_freed_without_the_collector():

@@ -87,6 +87,7 @@ def test_grey_with_alpha_is_not_two_colours():
     assert seen[:, 0].min() >= 198  # transparent pixels have no colour
 
 
+@pytest.mark.slow
 def test_the_command_makes_the_same_picture(tmp_path):
     def drawing(name, z):
         points = " ".join(f"{w.real!r},{-w.imag!r}" for w in z.tolist())
@@ -108,6 +109,7 @@ def test_the_command_makes_the_same_picture(tmp_path):
     assert np.array_equal(image_files.read(str(tmp_path / "o.png")).pixels, transfer.pixels)
 
 
+@pytest.mark.slow
 def test_one_map_carries_many_textures():
     fit = iccm.fit(SQUARE, ELLIPSE)
     colour, normals = noise((32, 32, 3), np.uint8), noise((32, 32, 3), np.float32)
@@ -181,6 +183,7 @@ def test_mistakes_are_input_errors(change, message):
         iccm.transfer(**options)
 
 
+@pytest.mark.slow
 def test_whole_drawings_are_cut_to_the_painted_target():
     target = shapely.MultiPolygon([shapely.box(0, 0, 2, 3), shapely.box(3, 1, 5, 4)])
     carried = iccm.transfer(iccm.checkerboard(64), shapely.box(0, 0, 5, 4.5), target, size=100)

@@ -22,6 +22,7 @@ def balanced():
     return iccm.fit(pear(), arrow())
 
 
+@pytest.mark.slow
 def test_a_transform_returns_points_in_the_given_form(fit):
     z = inside(pear())
     w = fit.transform(z)
@@ -45,6 +46,7 @@ def test_pairs_on_either_side_of_the_inverse_are_in_that_side_s_axes():
     assert np.array_equal(transform.inverse.inverse(pixels), places)
 
 
+@pytest.mark.slow
 def test_maps_one_after_the_other(fit):
     onward = iccm.fit(arrow(), blob(), method="balanced")
     z = inside(pear(), 30)
@@ -95,6 +97,7 @@ def test_pairs_are_not_mistaken_for_points_of_the_real_axis(fit):
         fit.map.derivatives(np.zeros((4, 2)))
 
 
+@pytest.mark.slow
 def test_an_stmap_and_back(balanced):
     """Between pixel centres the map of an STMap is off by the square of a pixel, at the outline by less than one."""
     st = iccm.stmap(balanced, size=256)
@@ -127,6 +130,7 @@ def test_invalid_stmaps_are_refused(wrong):
         iccm.from_stmap(wrong)
 
 
+@pytest.mark.slow
 def test_the_figure_of_a_map(balanced, tmp_path):
     figure = balanced.plot(names=("pear", "arrow"))
     titles = [axes.get_title() for axes in figure.axes]

@@ -41,6 +41,7 @@ def test_a_package_without_a_submodule_that_is_needed_is_refused_too(monkeypatch
         extras.load("a.dxf", "ezdxf", "recover")
 
 
+@pytest.mark.slow
 def test_maps_need_no_matplotlib_and_plots_say_what_does(shapes, iccm, tmp_path, monkeypatch):
     for name in ("matplotlib", "fontTools"):
         monkeypatch.setitem(sys.modules, name, None)

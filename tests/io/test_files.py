@@ -117,6 +117,8 @@ def test_inputs(tmp_path):
     (tmp_path / "empty").touch()
     assert files.open_input(tmp_path / "a") == tmp_path / "a"
     assert files.read_bytes(tmp_path / "a", max_bytes=7) == b"content"
+    # no memory is reserved for the limit
+    assert files.read_bytes(tmp_path / "a", max_bytes=1 << 60) == b"content"
     assert files.sha256(tmp_path / "a") == hashlib.sha256(b"content").hexdigest()
     for call, message in [
         (lambda: files.open_input(tmp_path / "b"), "b: no such file"),

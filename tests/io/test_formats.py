@@ -43,6 +43,7 @@ def test_a_format_that_names_colour_spaces_does(tmp_path, suffix):
     assert image_files.read(tmp_path / f"a{suffix}").colorspace == "lin_rec709"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", some_fast(formats.holding("picture", written=True), {".png", ".exr"}))
 def test_map_and_apply_write_the_same_pictures(shapes, iccm, suffix):
     quick = ("--method", "paper", "--order", "0", "--vertices", "40", "--size", "24", "-q")

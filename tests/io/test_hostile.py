@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tifffile
 from numpy.lib import format as npy
 from PIL import Image
 
@@ -201,6 +202,7 @@ def test_geometries_whose_text_cannot_be_written_are_refused(saved, iccm):
     assert result.code == 2 and "a.geojson" in result.err and not Path("b.geojson").exists()
 
 
+@pytest.mark.slow
 def test_positions_at_the_end_of_single_precision_are_baked(sheet, iccm):
     data = bytearray(fuzz.shown_glb())
     (size,) = struct.unpack_from("<I", data, 12)
@@ -224,3 +226,168 @@ def test_arrays_for_remap_whose_headers_are_wrong_are_refused(tmp_path, monkeypa
     result = iccm("apply", "remap.npz", "a.png", "-o", "o.png")
     assert result.code == 2 and len(result.lines) == 1 and "remap.npz" in result.err
     assert not Path("o.png").exists()
+
+
+def nested(depth):
+    """JSON text of lists in lists."""
+    return "[" * depth + "1" + "]" * depth
+
+
+FEATURE = '{{"type": "Feature", "properties": {0}, "geometry": {{"type": "Polygon", "coordinates": {1}}}}}'
+RING_TEXT = "[[[20, 20], [70, 20], [60, 70], [20, 20]]]"
+COLLECTION = '{"type": "FeatureCollection", "features": [%s]}'
+DEEP = {
+    "a.geojson": (COLLECTION, ("apply", "map.npz", "a.geojson", "-o", "o.geojson")),
+    "b.geojson": (COLLECTION, ("cartogram", "b.geojson", "--by", "x", "-o", "o.geojson")),
+    "c.geojson": ("%s", ("map", "c.geojson", "square.svg", "-o", "o.png", "--size", "16")),
+    "d.json": ('{"pins": %s}', ("map", "square.svg", "square.svg", "--constraints", "d.json", "-o", "o.png")),
+    "e.json": ('{"shapes": [{"label": "a", "points": %s}]}', ("apply", "map.npz", "e.json", "-o", "o.json")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("depth", [150, 400, 900, 100_000])
+@pytest.mark.parametrize("name", DEEP)
+def test_json_nested_too_deeply_is_refused_however_deep_its_readers_can_go(saved, iccm, name, depth):
+    text, command = DEEP[name]
+    deep = nested(depth)
+    inner = FEATURE.format(f'{{"x": 1, "y": {deep}}}', RING_TEXT) if name.endswith(".geojson") else deep
+    Path(name).write_text(text % inner)
+    result = iccm(*command)
+    if depth > 200:
+        assert result.code == 2 and len(result.lines) == 1 and f"{name}: is nested" in result.err, result.err
+        assert not list(Path.cwd().glob("o.*"))
+    else:
+        assert result.code in (0, 1, 2), result.err
+
+
+@pytest.mark.parametrize("side", ["run", "base"])
+def test_reports_and_tolerances_nested_too_deeply_are_refused(tmp_path, monkeypatch, iccm, side):
+    monkeypatch.chdir(tmp_path)
+    for folder in ("run", "base"):
+        Path(folder).mkdir()
+        Path(folder, "r.json").write_text(nested(900) if folder == side else "{}")
+    assert iccm("check", "run", "base").code in (1, 2)
+    Path("run/r.json").write_text("{}")
+    Path("base/r.json").write_text("{}")
+    Path("t.toml").write_text(f"x = {nested(5000)}")
+    result = iccm("check", "run", "base", "--tolerances", "t.toml")
+    assert result.code == 2 and len(result.lines) == 1 and "t.toml" in result.err
+
+
+TOPOLOGIES = [
+    {"arcs": 7},
+    {"arcs": [[1, 2]]},
+    {"arcs": [[[0, 0], ["a", 1]]]},
+    {"objects": []},
+    {"objects": {"a": {"type": "Polygon", "arcs": [[[0]]]}}},
+    {"objects": {"a": {"type": "Polygon", "arcs": [["0"]]}}},
+    {"objects": {"a": {"type": "GeometryCollection"}}},
+    {"objects": {"a": {"type": ["Polygon"], "arcs": [[0]]}}},
+    {"transform": {"scale": [1]}},
+    {"transform": 3},
+]
+
+
+@pytest.mark.parametrize("wrong", TOPOLOGIES, ids=str)
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("map", "a.topojson", "square.svg", "-o", "o.png", "--size", "16"),
+        ("apply", "map.npz", "a.topojson", "-o", "o.topojson"),
+        ("cartogram", "a.topojson", "--by", "x", "-o", "o.geojson"),
+    ],
+    ids=lambda command: command[0],
+)
+def test_topologies_of_another_structure_are_refused(saved, iccm, command, wrong):
+    arcs = [[[20, 20], [70, 20], [60, 70], [20, 20]]]
+    objects = {"a": {"type": "Polygon", "arcs": [[0]], "properties": {"x": 1}}}
+    Path("a.topojson").write_text(json.dumps({"type": "Topology", "arcs": arcs, "objects": objects} | wrong))
+    result = iccm(*command)
+    errors = [line for line in result.lines if line.startswith("error: ")]
+    assert result.code == 2 and len(errors) == 1 and "a.topojson" in errors[0], result.err
+    assert not list(Path.cwd().glob("o.*"))
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        {"type": ["Polygon"]},
+        {"type": {"a": 1}},
+        {"type": "Polygon", "coordinates": 5},
+        {"type": "MultiPolygon", "coordinates": {"0": 1}},
+        {"type": "MultiPolygon", "coordinates": "abc"},
+    ],
+    ids=str,
+)
+def test_regions_of_cartograms_without_polygons_are_refused(tmp_path, monkeypatch, iccm, geometry):
+    monkeypatch.chdir(tmp_path)
+    feature = {"type": "Feature", "properties": {"x": 1}, "geometry": geometry}
+    Path("a.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
+    result = iccm("cartogram", "a.geojson", "--by", "x", "-o", "o.geojson")
+    assert result.code == 2 and len(result.lines) == 1 and "a.geojson" in result.err, result.err
+
+
+def test_a_table_of_values_that_is_no_table_is_refused(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    feature = FEATURE.format('{"name": "a"}', RING_TEXT)
+    Path("a.geojson").write_text(f'{{"type": "FeatureCollection", "features": [{feature}]}}')
+    Path("v.csv").write_text(f"name,x\na,{'9' * 200_000}\n")  # more than the csv module takes
+    result = iccm("cartogram", "a.geojson", "--by", "x", "--values", "v.csv", "-o", "o.geojson")
+    assert result.code == 2 and len(result.lines) == 1 and "v.csv" in result.err, result.err
+
+
+@pytest.mark.parametrize(("start", "suffix"), [("", ".geojsonl"), ("\x1e", ".geojsons")])
+def test_features_of_lines_are_written_in_the_form_that_the_name_of_the_output_states(
+    saved, iccm, start, suffix
+):
+    features = [
+        {
+            "type": "Feature",
+            "properties": {"n": n},
+            "geometry": {"type": "Point", "coordinates": [40, 50 + n]},
+        }
+        for n in range(3)
+    ]
+    Path(f"a{suffix}").write_text("".join(f"{start}{json.dumps(feature)}\n" for feature in features))
+    for name in ("o.geojson", "o.geojsonl", "o.geojsons"):
+        assert iccm("apply", "map.npz", f"a{suffix}", "-o", name).code == 0
+    collection = json.loads(Path("o.geojson").read_text())
+    assert collection["type"] == "FeatureCollection"
+    for name, mark in (("o.geojsonl", ""), ("o.geojsons", "\x1e")):
+        lines = Path(name).read_text().rstrip("\n").split("\n")
+        assert all(line.startswith(mark + "{") for line in lines)
+        assert [json.loads(line.removeprefix("\x1e")) for line in lines] == collection["features"]
+    Path("b.geojson").write_text(json.dumps(collection))
+    assert iccm("apply", "map.npz", "b.geojson", "--inverse", "-o", "back.geojsonl").code == 0
+    assert len(Path("back.geojsonl").read_text().splitlines()) == 3
+    result = iccm("apply", "map.npz", "b.geojson", "-o", "o.topojson")
+    assert result.code == 2 and "TopoJSON" in result.err and not Path("o.topojson").exists()
+
+
+@pytest.mark.parametrize("value", ["-9999", "256", "1.5", "1e300"])
+def test_values_for_no_data_that_no_pixel_can_have_are_ignored(saved, iccm, value):
+    pixels = np.arange(60 * 40, dtype=np.uint8).reshape(40, 60)
+    tags = [(42113, "s", 0, value, True)]
+    tifffile.imwrite("a.tif", pixels, extratags=tags)
+    tifffile.imwrite("plain.tif", pixels)
+    for name in ("a", "plain"):
+        assert iccm("apply", "map.npz", f"{name}.tif", "-o", f"{name}-out.tif").code == 0
+    assert np.array_equal(tifffile.imread("a-out.tif"), tifffile.imread("plain-out.tif"))
+
+
+def test_numbers_of_thousands_of_digits_are_no_error_of_ours(shapes, iccm, monkeypatch):
+    digits = "9" * 5000
+    result = iccm("map", "square.svg", f"square.svg#{digits}", "-o", "o.png")
+    assert result.code == 2 and len(result.lines) == 1 and "square.svg#" in result.err
+    monkeypatch.setenv("OMP_NUM_THREADS", digits)
+    assert iccm("map", "square.svg", "square.svg", "-o", "o.npz").code == 0
+
+
+def test_landmarks_in_another_encoding_are_refused(tmp_path, monkeypatch, iccm):
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.png", "b.png"):
+        Image.new("RGB", (9, 7)).save(name)
+    Path("lm.tps").write_bytes("LM=1\n1 2\nIMAGE=a.png\nLM=1\n1 2\nIMAGE=b.png\n".encode("utf-16"))
+    result = iccm("standardize", "a.png", "b.png", "--landmarks", "lm.tps", "-o", "OUT")
+    assert result.code == 2 and len(result.lines) == 1 and "lm.tps: not a UTF-8" in result.err
+    assert not Path("OUT").exists()

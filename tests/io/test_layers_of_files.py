@@ -76,7 +76,7 @@ def check(features):
         ),
     ],
 )  # fmt: skip
-@pytest.mark.keeps("geojson", "the form", "properties")
+@pytest.mark.keeps("geojson", "structure", "properties")
 def test_every_form_of_geojson_stays_in_its_form(doubled, iccm, name, text, parse):
     (doubled / name).write_text(text)
     result = iccm("apply", "m.npz", name, "-o", f"out-{name}")
@@ -194,3 +194,17 @@ def test_layers_are_named(doubled, iccm):
     assert iccm("map", "in.gpkg#two", "b.geojson", "-o", "y.npz").code == 0
     (doubled / "bad.gpkg").write_text("<OGRVRTDataSource/>")
     assert iccm("apply", "m.npz", "bad.gpkg", "-o", "z.gpkg").code == 2
+
+
+@pytest.mark.large("pyogrio")
+@pytest.mark.parametrize("before", ["", '<kml xmlns="http://www.opengis.net/kml/2.2"/>'])
+def test_no_other_driver_of_gdal_reads_a_file(doubled, iccm, before):
+    secret = doubled.parent / "secret.csv"
+    secret.write_text('id,WKT\n1,"POLYGON((20 20,60 20,60 50,20 20))"\n')
+    (doubled / "a.kml").write_text(
+        f'{before}<OGRVRTDataSource><OGRVRTLayer name="secret"><SrcDataSource>{secret}</SrcDataSource>'
+        '<GeometryField encoding="WKT" field="WKT"/></OGRVRTLayer></OGRVRTDataSource>'
+    )
+    result = iccm("apply", "m.npz", "a.kml", "-o", "o.kml")
+    assert result.code == 2 and len(result.lines) == 1 and "a.kml" in result.err, result.err
+    assert str(doubled) not in result.err

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from iccm.errors import InputError
-from iccm.io.geometry import document
+from iccm.io.geometry import columns, document
 from iccm.io.geometry.document import Images
 
 
@@ -127,6 +127,20 @@ def test_rows_of_units_and_comments_are_kept(tmp_path):
     assert table.geometry.points == [5 + 4j]
 
 
+@pytest.mark.parametrize(
+    "titles",
+    [
+        " \nPosition\n====================\n",  # Imaris
+        "scorer,net,net,net\nbodyparts,nose,nose,nose\n",  # DeepLabCut
+    ],
+)
+@pytest.mark.keeps("tables", "titles above the names of columns")
+def test_titles_above_the_names_of_columns_are_kept(tmp_path, titles):
+    table = read(tmp_path, titles + "coords,x,y,likelihood\n0,3,4,0.9\n")
+    assert table.geometry.points == [3 + 4j] and len(table.rows) == 1
+    assert moved(table) == titles + "coords,x,y,likelihood\n0,3.5,4.0,0.9\n"
+
+
 @pytest.mark.keeps("tables", "Excel's line that names the delimiter")
 def test_the_line_by_which_excel_knows_the_delimiter_is_kept(tmp_path):
     content = "sep=;\r\nName;X;Y\r\na,b;12,5;3\r\n"
@@ -182,3 +196,65 @@ def test_counts_are_those_of_the_rows_that_are_written(squares, iccm):
     assert len((squares / "o.csv").read_text().splitlines()) == 2
     report = json.loads((squares / "r.json").read_text())
     assert report["points"] == 4 and report["written"]["points"] == 1
+
+
+def test_names_of_columns_are_paired_as_if_all_were_compared():
+    random = np.random.default_rng(78)
+    words = [
+        "x",
+        "y",
+        "cx",
+        "cy",
+        "xpos",
+        "ypos",
+        "position",
+        "Width",
+        "pos_x",
+        "pos_y",
+        "(mm)",
+        "lon",
+        "lat",
+        "t",
+    ]
+    for _ in range(300):
+        head = [" ".join(random.choice(words, random.integers(0, 4))) for _ in range(random.integers(1, 9))]
+        split = [columns._words(name) for name in head]
+        pairs = sorted(
+            (kind, i, j)
+            for i, first in enumerate(split)
+            for j, second in enumerate(split)
+            if i != j
+            and columns.unit_of(head[i]) == columns.unit_of(head[j])
+            and (kind := columns._kind(first, second)) is not None
+        )
+        chosen = columns.of_names(head)
+        assert (chosen is None) == (not pairs), head
+        if chosen is not None:
+            assert (chosen.x, chosen.y) == pairs[0][1:], head
+            several = len(pairs) > 1 and pairs[1][0] == pairs[0][0]
+            assert several == ("are kept as they are" in chosen.note), head
+
+
+@pytest.mark.parametrize("name", ["", "x", "x position", "a b c"])
+def test_tables_of_many_columns_are_read(tmp_path, name):
+    head = ",".join([name] * 20_000)
+    assert read(tmp_path, f"{head}\n1,2\n").geometry.points.tolist() == [1 + 2j]
+    table = read(tmp_path, f"{head},gx,gy\n{',' * 20_000}3,4\n", columns="gx,gy")
+    assert table.geometry.points.tolist() == [3 + 4j]
+
+
+@pytest.mark.parametrize("row", ["# a comment", "4", "", "x"])
+def test_rows_that_are_shorter_than_the_first_end_in_a_line(tmp_path, row):
+    try:
+        read(tmp_path, f'"a",1,2,3\n"b",2,3,4\n{row}\n"c",3,4,5\n')
+    except InputError as error:
+        assert "row" in str(error) or "column" in str(error)
+
+
+@pytest.mark.parametrize("cells", [("{0},2,3", "3,4,5"), ("1,2,3", "{0},3,4"), ("1,{0},3", "2,3,4")])
+def test_numbers_of_thousands_of_digits_in_tables_are_no_error_of_ours(tmp_path, cells):
+    digits = "9" * 5000
+    with pytest.raises(InputError, match="not finite"):
+        read(tmp_path, "\n".join(cells).format(digits))
+    with pytest.raises(InputError, match="no column"):
+        read(tmp_path, "1,2\n3,4\n", columns=f"{digits},1")

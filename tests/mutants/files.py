@@ -58,8 +58,8 @@ FILES: list[Mutant] = [
     ),
     Mutant(
         "io/pictures/image.py",
-        "return Texture(self.pixels, box, self.alpha, transfer, self.associated, turn)",
-        "return Texture(self.pixels, box, self.alpha, transfer, False, turn)",
+        "return Texture(self.pixels, box, self.alpha, transfer, self.associated, rotation)",
+        "return Texture(self.pixels, box, self.alpha, transfer, False, rotation)",
         IMAGES,
         "colours of premultiplied textures get darker where they are transparent",
     ),

@@ -232,8 +232,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/stmap.py",
-        "return middle + (z - middle) * lying.turn",
-        "return middle + (z - middle) * lying.turn.conjugate()",
+        "return middle + (z - middle) * lying.rotation",
+        "return middle + (z - middle) * lying.rotation.conjugate()",
         PIXELS + "test_stmap.py",
         "charts that are rotated in the texture are looked up with the opposite rotation",
     ),
@@ -274,8 +274,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/pixels/texture.py",
-        "return middle + (z - middle) * self.turn.conjugate()",
-        "return middle + (z - middle) * self.turn",
+        "return middle + (z - middle) * self.rotation.conjugate()",
+        "return middle + (z - middle) * self.rotation",
         PIXELS + "test_edges.py",
         "rotated textures are rotated the other way",
     ),
@@ -423,8 +423,8 @@ LIBRARY: list[Mutant] = [
     ),
     Mutant(
         "iccm/curve.py",
-        "return max(_farthest(a, b), _farthest(b, a))",
-        "return _farthest(a, b)",
+        "return max(_directed_hausdorff(a, b), _directed_hausdorff(b, a))",
+        "return _directed_hausdorff(a, b)",
         CURVE,
         "the distance of outlines is one-sided: missing limbs go unnoticed",
     ),

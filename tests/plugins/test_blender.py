@@ -82,6 +82,19 @@ results["undone"] = coordinates()
     assert abs(turn[1] - turn[0]) < 0.1
 
 
+def test_what_is_missing_is_said_by_name(blender):
+    result = blender("""
+mesh = bpy.data.meshes.new("bare"); mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+thing = bpy.data.objects.new("bare", mesh); bpy.context.collection.objects.link(thing)
+bpy.context.view_layer.objects.active = thing
+results["bare"] = [refused(name) for name in ("fit_island", "transfer", "relayout")]
+bpy.context.view_layer.objects.active = None
+results["none"] = refused("fit_island")
+""")
+    assert all("bare has no texture coordinates; unwrap it first" in text for text in result["bare"])
+    assert "Select a mesh first" in result["none"]
+
+
 def test_mirrored_islands_stay_mirrored(blender):
     Path("disc.svg").write_text(DISC)
     result = blender("""

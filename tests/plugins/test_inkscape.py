@@ -2,6 +2,8 @@
 without Inkscape.
 """
 
+import base64
+import io
 import os
 import re
 import shutil
@@ -251,6 +253,59 @@ def test_all_letters_of_a_word_go_into_the_target(profile):
     )
     largest = run(document, profile, "--id=word", "--id=target", "--outline=largest")
     assert largest[2] == 0 and "3 × shape outside the source, omitted" in largest[1]
+
+
+PHOTO = """<image id="photo" x="10" y="10" width="60" height="40" preserveAspectRatio="none"
+ xlink:href="data:image/png;base64,{}"/>"""
+
+
+def photo():
+    """A picture of four colours."""
+    pixels = np.repeat(
+        np.repeat(np.array([[[200, 30, 30], [30, 150, 30]], [[30, 30, 200], [220, 200, 30]]]), 20, 0), 30, 1
+    )
+    buffer = io.BytesIO()
+    Image.fromarray(pixels.astype(np.uint8)).save(buffer, "PNG")
+    return PHOTO.format(base64.b64encode(buffer.getvalue()).decode())
+
+
+@pytest.mark.parametrize("chosen", ["photo", "group"])
+def test_a_photo_goes_onto_a_shape_with_its_rectangle_by_default(profile, chosen):
+    drawn = f'<g id="group">{photo()}<rect x="30" y="20" width="8" height="8" fill="#111"/></g>'
+    document = plain([], drawn if chosen == "group" else photo())
+    result, message, code = run(document, profile, f"--id={chosen}", "--id=target")
+    assert (message, code) == ("", 0)
+    made = [e for e in ElementTree.fromstring(result).iter(f"{SVG}image") if e.get("id") != "photo"]
+    assert made and all("{http://www.w3.org/1999/xlink}href" in each.attrib for each in made)
+    picture = rendered(result)
+    scale = picture.shape[1] / 210
+    for x, y, colour in (
+        (120, 45, (200, 30, 30)),
+        (160, 45, (30, 150, 30)),
+        (120, 75, (30, 30, 200)),
+        (160, 75, (220, 200, 30)),
+    ):
+        assert np.allclose(picture[int((y + 5) * scale), int(x * scale)], np.array(colour) / 255, atol=0.05)
+    assert len(set(names(result))) == len(names(result))
+
+
+def test_gaps_between_letters_are_no_alarm(profile):
+    word = '<g id="word"><path d="M90 10h30v50h-30z"/><path d="M130 10h40l-20 60z"/></g>'
+    result, message, code = run(plain([], word), profile, "--id=art", "--id=word")
+    assert result and (message, code) == ("", 0)
+
+
+def test_the_menu_and_the_page_of_the_docs_use_the_same_words():
+    root = Path(__file__).parents[2]
+    text = (root / "docs" / "plugins" / "inkscape.md").read_text(encoding="utf-8")
+    menu = ElementTree.parse(root / "plugins" / "inkscape" / "iccm_fit.inx").getroot()
+    space = "{http://www.inkscape.org/namespace/inkscape/extension}"
+    words = [
+        option.text
+        for name in ("result", "outline", "parts")
+        for option in menu.find(f"{space}param[@name='{name}']")
+    ]
+    assert [word for word in words if f"*{word}*" not in text] == []
 
 
 def test_omissions_are_reported_with_the_result(profile):

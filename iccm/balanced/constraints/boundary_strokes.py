@@ -19,6 +19,7 @@ from ...problem import ON_OUTLINE_SHARE
 # Relative to ON_OUTLINE_SHARE: length from its end on which a stroke may stay close to the outline.
 BESIDE_END_DISTANCES = 20.0
 SAMPLES_PER_LENGTH = 2.0  # of a stroke, per length ON_OUTLINE_SHARE
+CLEAR_DISTANCES = 2.0  # of ON_OUTLINE_SHARE: an end that is cut off the outline begins this far from it
 SAME_POINT_SHARE = 1e-9  # relative to the diagonal: due to rounding
 NAMES = ("source", "target")
 
@@ -116,16 +117,17 @@ def _wrapped(steps: np.ndarray, length: float) -> np.ndarray:
 
 
 def _snap_ends(domains: tuple[Curve, ...], drawn_stroke: DrawnStroke) -> DrawnStroke:
-    """Return a stroke inside, with ends close to the outlines moved onto them.
+    """Return a stroke inside, with ends close to both outlines moved onto them.
 
-    An end that is on the outline in the target only is cut off, unless it sticks.
+    An end on the outline in the target only is cut off; if it has a pin, that is an error, as is an end on the outline
+    in the source only.
     """
     k, curves = drawn_stroke.number, list(drawn_stroke.curves)
-    at_ends = np.array(
+    near = np.array(
         [c.distances(s.z[[0, -1]]) <= ON_OUTLINE_SHARE * c.diagonal for c, s in zip(domains, curves)]
     )
     for end in (0, 1):
-        on_source, on_target = at_ends[0, end], at_ends[-1, end]
+        on_source, on_target = near[0, end], near[-1, end]
         if on_source and not on_target:
             raise ConstraintError(
                 f"stroke {k + 1}: ends on the outline in the source but not in the target; end both on "
@@ -138,14 +140,16 @@ def _snap_ends(domains: tuple[Curve, ...], drawn_stroke: DrawnStroke) -> DrawnSt
                 "the outline, or remove the pin at that end",
                 strokes=[k],
             )
-    on = bool(at_ends[:, 0].all()), bool(at_ends[:, 1].all())
+    on_outline = bool(near[:, 0].all()), bool(near[:, 1].all())
     for side, curve in enumerate(domains):
         for end in (0, 1):
-            if at_ends[side, end]:
-                curves[side] = (_on_outline if on[end] else _cut_off)(curve, curves[side], end)
-        _refuse_touching(curve, curves[side], on, k, side)
-    sticks = drawn_stroke.sticks[0] or on[0], drawn_stroke.sticks[1] or on[1]
-    return DrawnStroke(k, (curves[0], curves[1]), sticks, on)
+            if near[side, end] and on_outline[end]:
+                curves[side] = _extend_to_outline(curve, curves[side], end)
+            elif near[side, end]:
+                curves[side] = _cut_off(curve, curves[side], end)
+        _refuse_touching(curve, curves[side], on_outline, k, side)
+    sticks = drawn_stroke.sticks[0] or on_outline[0], drawn_stroke.sticks[1] or on_outline[1]
+    return DrawnStroke(k, (curves[0], curves[1]), sticks, on_outline)
 
 
 def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool], k: int, side: int) -> None:
@@ -164,7 +168,7 @@ def _refuse_touching(curve: Curve, stroke: Curve, on_outline: tuple[bool, bool],
         )
 
 
-def _on_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
+def _extend_to_outline(curve: Curve, stroke: Curve, end: int) -> Curve:
     """Return the stroke extended to the outline at an end that is close to it, or cut where it leaves the shape."""
     z = stroke.z[::-1] if end else stroke.z
     foot = curve.nearest(z[:1])
@@ -188,7 +192,7 @@ def _cut_off(curve: Curve, stroke: Curve, end: int) -> Curve:
     from_end = Curve(stroke.z[::-1], closed=False) if end else stroke
     s = _samples(curve, from_end)
     z = from_end.at(s)
-    clear = (curve.distances(z) > SAMPLES_PER_LENGTH * ON_OUTLINE_SHARE * curve.diagonal) & curve.contains(z)
+    clear = (curve.distances(z) > CLEAR_DISTANCES * ON_OUTLINE_SHARE * curve.diagonal) & curve.contains(z)
     start = s[np.argmax(clear)] if clear.any() else 0.0
     z = np.append(
         from_end.at(np.array([start])), from_end.z[from_end.knots > start + 1e-12 * from_end.length]

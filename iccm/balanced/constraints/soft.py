@@ -10,7 +10,7 @@ from ...curve import Curve
 from ...errors import ConstraintError
 from ...pins import FREE_TOLERANCE_SHARE, MOST_TOLERANCES, TOLERANCE_SHARE, Softness, choose_radii, size_of
 from ...plane import Similarity
-from ..minimise.soft_pins import Band, SoftPins
+from ..minimise.soft_pins import SoftPins, StrokeBand
 from .validate import Pins
 
 COST_AT_TOLERANCE = 0.05
@@ -49,14 +49,14 @@ class PinnedPatches:
         """Whether there are neither soft pins nor bands."""
         return not len(self.points) and not self.bands
 
-    def unit(self, frames: tuple[Similarity, Similarity]) -> SoftPins:
+    def unit(self, to_unit: tuple[Similarity, Similarity]) -> SoftPins:
         """Return the pins in unit coordinates."""
-        sizes = [abs(frame.factor) for frame in frames]
-        softness, mirror = self.softness, -1.0 if frames[0].mirrored else 1.0
-        rotation = np.angle(frames[1].factor / frames[0].factor)
+        sizes = [abs(similarity.factor) for similarity in to_unit]
+        softness, mirror = self.softness, -1.0 if to_unit[0].mirrored else 1.0
+        rotation = np.angle(to_unit[1].factor / to_unit[0].factor)
         return SoftPins(
-            frames[0](self.points[:, 0]),
-            frames[1](self.points[:, 1]),
+            to_unit[0](self.points[:, 0]),
+            to_unit[1](self.points[:, 1]),
             sizes[0] * softness.radii,
             sizes[1] * softness.limits,
             COST_AT_TOLERANCE / (sizes[1] * softness.tolerances) ** 2,
@@ -65,7 +65,7 @@ class PinnedPatches:
             mirror * (softness.rotations + rotation),
             softness.scales.copy(),
             tuple(
-                Band(Curve(frames[0](line.z), closed=False), 0.5 * sizes[0] * width)
+                StrokeBand(Curve(to_unit[0](line.z), closed=False), 0.5 * sizes[0] * width)
                 for line, width in self.bands
             ),
         )

@@ -11,7 +11,7 @@ from ...curve import Curve
 from ...errors import ConstraintError
 from ...plane import Similarity, bounding_box, longer_side
 from ...problem import ON_OUTLINE_SHARE
-from ..model.frames import on_grid
+from ..model.unit_coordinates import round_to_unit_grid
 from .boundary_strokes import NAMES, DrawnStroke, refuse_other_sides, separate
 from .strokes import STROKE_FINENESS_SHARE, StrokePair, simplify
 
@@ -46,17 +46,19 @@ class Pins:
         """Number of pins, including ends of strokes on the outlines."""
         return len(self.inner) + len(self.outer)
 
-    def unit(self, frames: tuple[Similarity, Similarity]) -> "Pins":
+    def unit(self, to_unit: tuple[Similarity, Similarity]) -> "Pins":
         """Return the pins in unit coordinates, on the grid."""
 
         def in_unit(pins: Complex) -> Complex:
-            return np.column_stack([on_grid(frame, side) for frame, side in zip(frames, pins.T)])
+            return np.column_stack(
+                [round_to_unit_grid(similarity, side) for similarity, side in zip(to_unit, pins.T)]
+            )
 
         inner, outer = in_unit(self.inner), in_unit(self.outer)
         strokes = tuple(
             StrokePair(
-                Curve(frames[0](stroke.source.z), closed=False),
-                Curve(frames[1](stroke.target.z), closed=False),
+                Curve(to_unit[0](stroke.source.z), closed=False),
+                Curve(to_unit[1](stroke.target.z), closed=False),
                 stroke.sticks,
                 on_outline=stroke.on_outline,
             )
@@ -65,7 +67,7 @@ class Pins:
         return Pins(inner, outer, strokes, self.notes)
 
     def without(self, sources: Complex) -> "Pins":
-        """Return the pins without inner pins at points (k,) of the source."""
+        """Return the constraints without the inner pins that lie at `sources` (k,), points of the source."""
         return replace(self, inner=self.inner[~np.isin(self.inner[:, 0], sources)])
 
     def inverse(self) -> "Pins":
@@ -160,7 +162,7 @@ def _apart_from_ends(
     """Return the pins without repeated ones and without those at ends of strokes.
 
     Returns:
-        The pins, their numbers, and (s, 2) whether a pin makes an end of a stroke stick.
+        The pins, their numbers, and for both ends of each stroke (s, 2) whether a pin fixes it.
     """
     pins, unique = _without_repeats(pins, unit, image_unit)
     numbers = unique if numbers is None else numbers[unique]

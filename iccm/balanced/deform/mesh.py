@@ -12,13 +12,13 @@ from ..constraints.validate import Pins
 from ..holes.outlines import FEWEST_RIM_VERTICES
 from ..meshing.mesh import Sizes, triangulate
 from ..model.boundary import FreeBoundary
-from ..model.boundary_mesh import kept_by, regions_of
+from ..model.boundary_mesh import kept_by, region_at
 from ..model.boundary_pairs import Match, subdivide
 from ..model.discrete_map import DiscreteMap, folds
 from ..model.energy import Energy
 from ..model.mesh_sizes import finer_at_pins
 from ..search.levels import subdivide_rings
-from ..search.rounding import on_grid
+from ..search.rounding import snap_to_coarse_grid
 
 SPACING_MESH_SIZES = 0.75  # distance of the outline's vertices, in mesh sizes
 
@@ -68,7 +68,7 @@ def mesh_of(
     pinned = np.abs(pins.outer[:, :1] - border).argmin(axis=1) if len(pins.outer) else np.empty(0, np.int64)
     boundary = FreeBoundary((outer.size, *(hole.size for hole in holes)), pinned, pins.outer[:, 1])
     pattern = system_of(faces, np.append(boundary.following, boundary.size + inner.following), z.size)
-    rigid = regions_of(z[faces].mean(axis=1), bones) if bones else None
+    rigid = region_at(z[faces].mean(axis=1), bones) if bones else None
     state = DiscreteMap(
         faces, z, z.copy(), boundary=boundary, inside=inner, bound=True, pattern=pattern, rigid=rigid
     )
@@ -85,7 +85,7 @@ def sizes_at_pins(outline: Complex, size: float, energy: Energy) -> Sizes:
 
 def _spaced(outline: Curve, spacing: float, points: Complex) -> tuple[Complex, Complex]:
     """Return the vertices of an outline on the grid (see `space_out`), and the same positions on the given one."""
-    z = on_grid(outline.z)
+    z = snap_to_coarse_grid(outline.z)
     rounded = Curve(z)
     if (rounded.lengths == 0).any() or not rounded.polygon.is_valid:
         vertices = space_out(outline, spacing, points)

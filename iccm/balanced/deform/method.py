@@ -15,6 +15,7 @@ from ...arrays import Complex, Index
 from ...curve import Curve
 from ...maps.triangulated.map import TriangulatedMap
 from ...maps.triangulated.simple import fault
+from ...options import Options
 from ...plane import Similarity
 from .. import injectivity
 from ..constraints.soft import NO_PATCHES, PinnedPatches
@@ -24,16 +25,17 @@ from ..holes.outlines import manageable_holes
 from ..meshing.transfer import interpolate
 from ..model.discrete_map import DiscreteMap, folds
 from ..model.energy import Energy
-from ..model.frames import frame_of, unit_curve, unit_ring
 from ..model.mesh_map import MeshMap
 from ..model.outline import manageable
-from ..model.settings import Settings, Solution
-from ..rigid.given import NO_REGIONS, Regions, aims_of
+from ..model.solution import Solution
+from ..model.unit_coordinates import unit_curve, unit_ring, unit_similarity
+from ..rigid.given import NO_REGIONS, RigidRegions, aims_of
 from ..rigid.solve import Rigid, harden
 from ..search.final_mesh import excesses, meet_bounds_by
 from ..search.homotopy import satisfy_constraints
 from ..search.levels import EVENED_SHARE
 from ..search.pin_continuation import BESIDE, aim_feet
+from ..search.unit_problem import FINAL_TRIANGLES
 from .mesh import SPACING_MESH_SIZES, mesh_of
 
 COARSE_MESH_SIZE = 0.08  # edge length h, for a domain of area one
@@ -56,10 +58,10 @@ RELEASE_MESHES = 3  # meshes on which ends of strokes slide
 def solve(
     source: Curve,
     pins: Pins,
-    settings: Settings,
+    options: Options,
     start: TriangulatedMap | None = None,
     holes: Sequence[Curve] = (),
-    regions: Regions = NO_REGIONS,
+    regions: RigidRegions = NO_REGIONS,
     patches: PinnedPatches = NO_PATCHES,
 ) -> Solution:
     """Return the deformation of a domain by pins and strokes.
@@ -67,7 +69,7 @@ def solve(
     Args:
         source: its outer outline.
         pins: the pins and strokes; pins on outlines may be on any of them.
-        settings: options of the map.
+        options: options of the solver.
         start: an earlier deformation to start from.
         holes: outlines of its holes, clockwise.
         regions: rigid regions ("bones"), which may rotate; two pins in one determine its similarity.
@@ -77,42 +79,50 @@ def solve(
         NoMapError: the shape cannot be meshed.
         InputError: no similarity maps the pins in a region.
     """
-    frame = frame_of(source, holes)
-    unit_pins = pins.unit((frame, frame))
-    frames = frame, frame
-    settings = settings.in_frames(frames, None if patches.are_none else patches.unit(frames))
+    similarity = unit_similarity(source, holes)
+    unit_pins = pins.unit((similarity, similarity))
+    to_unit = similarity, similarity
+    energy = Energy.of(options).in_unit(to_unit, None if patches.are_none else patches.unit(to_unit))
     outlines = _outlines(
-        [unit_curve(frame, curve) for curve in (source, *holes)], unit_pins.outer[:, 0], settings
+        [unit_curve(similarity, curve) for curve in (source, *holes)], unit_pins.outer[:, 0], options
     )
     try:
-        bones = Regions(tuple(tuple(unit_ring(frame, ring) for ring in rings) for rings in regions.polygons))
+        bones = RigidRegions(
+            tuple(tuple(unit_ring(similarity, ring) for ring in rings) for rings in regions.polygons)
+        )
         levels = refine(
-            outlines, unit_pins, settings, None if start is None else _to_unit(frame, start), bones
+            outlines,
+            unit_pins,
+            energy,
+            options,
+            None if start is None else _in_unit(similarity, start),
+            bones,
         )
     except Stuck as error:
         raise NoMapError(f"deform: {error}") from None
-    return _solution(levels, frame, pins, settings)
+    return _solution(levels, similarity, pins, options)
 
 
-def _outlines(curves: Sequence[Curve], points: Complex, settings: Settings) -> list[Curve]:
+def _outlines(curves: Sequence[Curve], points: Complex, options: Options) -> list[Curve]:
     """Return the outlines simplified, with vertices at points on them."""
     distances = [curve.distances(points) for curve in curves]
     nearest = np.argmin(distances, axis=0)
     outer, *holes = (with_points(curve, points[nearest == k]) for k, curve in enumerate(curves))
     anchors = [tuple(points[nearest == k].tolist()) for k in range(len(curves))]
-    simple = manageable(outer, settings.tolerance, anchors[0])
-    return [simple, *manageable_holes(simple, holes, settings.tolerance, anchors[1:])]
+    simple = manageable(outer, options.tolerance, anchors[0])
+    return [simple, *manageable_holes(simple, holes, options.tolerance, anchors[1:])]
 
 
 def refine(
     outlines: Sequence[Curve],
     pins: Pins,
-    settings: Settings,
+    energy: Energy,
+    options: Options,
     start: MeshMap | None,
-    bones: Regions = NO_REGIONS,
+    bones: RigidRegions = NO_REGIONS,
 ) -> list[DiscreteMap]:
     """Return the deformation on successive meshes, the last one fine."""
-    size, energy = np.sqrt(TRIANGLES_PER_AREA / settings.triangles), settings.energy.without_rotation()
+    size, energy = np.sqrt(TRIANGLES_PER_AREA / FINAL_TRIANGLES), energy.without_rotation()
     vertices = sum(outline.length for outline in outlines) / (SPACING_MESH_SIZES * size)
     if vertices > MOST_BOUNDARY_VERTICES:
         raise NoMapError(
@@ -132,13 +142,13 @@ def refine(
     levels.append(relax(satisfy_constraints(fine, MOVING_STEPS, SETTLED), 1.0))
     if bones.polygons:
         levels.append(stiffen(levels[-1], bones, pins))
-    levels.append(meet_bounds_by(relax, levels[-1], settings, scale_of))
+    levels.append(meet_bounds_by(relax, levels[-1], options, scale_of))
     return levels
 
 
-def stiffen(state: DiscreteMap, bones: Regions, pins: Pins) -> DiscreteMap:
+def stiffen(state: DiscreteMap, bones: RigidRegions, pins: Pins) -> DiscreteMap:
     """Return the map with rigid bones."""
-    aims, is_prescribed, pinned_points = aims_of(bones, pins, 1.0)
+    aims, is_prescribed, pinned_points = aims_of(bones, pins.inner, 1.0)
     rigid = Rigid(bones.polygons, aims, ~is_prescribed, np.zeros(is_prescribed.size, bool), pinned_points)
     return harden(state, rigid, state.value)
 
@@ -176,13 +186,13 @@ def rigid_motion(state: DiscreteMap) -> DiscreteMap:
     if state.energy.pins is not None:
         sources = np.append(sources, state.energy.pins.source)
         goals = np.append(goals, state.energy.pins.target)
-    turn = np.vdot(sources - sources.mean(), goals - goals.mean())
-    turn = (
-        turn / abs(turn)
-        if abs(turn) > UNROTATED_SPREAD_SHARE * np.sum(np.abs(sources - sources.mean()) ** 2)
+    rotation = np.vdot(sources - sources.mean(), goals - goals.mean())
+    rotation = (
+        rotation / abs(rotation)
+        if abs(rotation) > UNROTATED_SPREAD_SHARE * np.sum(np.abs(sources - sources.mean()) ** 2)
         else 1.0
     )
-    return replace(state, u=goals.mean() + turn * (state.z - sources.mean()))
+    return replace(state, u=goals.mean() + rotation * (state.z - sources.mean()))
 
 
 def relax(state: DiscreteMap, q: float) -> DiscreteMap:
@@ -202,7 +212,9 @@ def relax(state: DiscreteMap, q: float) -> DiscreteMap:
 
 
 def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
-    """Return the mesh of `state` with the images of another map of the shape, which are copied if the mesh is the same.
+    """Return a map on the mesh of `state` that agrees with `start`, another map of the same shape.
+
+    Images are copied if both meshes are the same, and interpolated otherwise.
 
     Raises:
         Stuck: folds remain.
@@ -214,23 +226,23 @@ def transfer(state: DiscreteMap, start: MeshMap) -> DiscreteMap:
     mapped = replace(state, u=u)
     if not folds(mapped.faces, mapped.u):
         return mapped
-    return mapped.hold_in_place().unfolded(harmonic=False).with_goals(mapped.goals)
+    return mapped.hold_in_place().unfold_locally().with_goals(mapped.goals)
 
 
 def _sorted(faces: Index) -> Index:
     return faces[np.lexsort(faces.T)]
 
 
-def _to_unit(frame: Similarity, start: TriangulatedMap) -> MeshMap:
+def _in_unit(similarity: Similarity, start: TriangulatedMap) -> MeshMap:
     """Return an earlier deformation in unit coordinates."""
     border = sum(loop.size for loop in start.loops)
-    return MeshMap.plain(frame(start.source), frame(start.image), start.faces, border)
+    return MeshMap.plain(similarity(start.source), similarity(start.image), start.faces, border)
 
 
-def _solution(levels: list[DiscreteMap], frame: Similarity, pins: Pins, settings: Settings) -> Solution:
+def _solution(levels: list[DiscreteMap], similarity: Similarity, pins: Pins, options: Options) -> Solution:
     """Return the map in the given coordinates, checked there."""
     state = levels[-1]
-    z, u = frame.pull_back(state.z), frame.pull_back(state.u)
+    z, u = similarity.pull_back(state.z), similarity.pull_back(state.u)
     put_pins(pins, z, u, state.border, state.first_pin)
     loops = tuple(np.arange(state.border)[rim] for rim in state.boundary.slices)
     injectivity.refuse_folds("source", z, state.faces)
@@ -238,7 +250,7 @@ def _solution(levels: list[DiscreteMap], frame: Similarity, pins: Pins, settings
     injectivity.refuse_touching("source", *(z[loop] for loop in loops))
     images = [u[loop] for loop in loops]
     simple = injectivity.is_simple(images[0]) and not (len(images) > 1 and fault(images))
-    over = excesses(state.z, state.u / scale_of(state), state.faces, settings)
+    over = excesses(state.z, state.u / scale_of(state), state.faces, options)
     return Solution(
         TriangulatedMap(z, u, state.faces, loops),
         [level.value for level in levels],

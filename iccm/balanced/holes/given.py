@@ -1,7 +1,7 @@
 """Holes as the user gave them, and the partners that pins name."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -10,65 +10,20 @@ from ...arrays import Complex, Index, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
-from ...problem import Problem
+from ...problem import Holes, Problem
 from ..constraints.validate import AT_OUTLINE_SHARE
-from ..model.frames import unit_curve
+from ..model.unit_coordinates import unit_curve
 
-
-@dataclass(frozen=True, eq=False)
-class Holes:
-    """The holes of two domains.
-
-    Attributes:
-        source: outlines of the source's holes, clockwise.
-        target: those of the target's.
-        partners: (i, j) if hole i of the source is to be mapped to hole j of the target.
-    """
-
-    source: tuple[Curve, ...] = ()
-    target: tuple[Curve, ...] = ()
-    partners: tuple[tuple[int, int], ...] = ()
-
-    @classmethod
-    def of(cls, problem: Problem) -> "Holes":
-        """Return the holes of a problem."""
-        return cls(problem.source_holes, problem.target_holes, problem.hole_partners)
-
-    @property
-    def sides(self) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
-        """The holes of source and target."""
-        return self.source, self.target
-
-    def only(self, numbers: tuple[Sequence[int], Sequence[int]]) -> "Holes":
-        """Return the holes with the given numbers, in the source and in the target."""
-        sources = {number: k for k, number in enumerate(numbers[0])}
-        targets = {number: k for k, number in enumerate(numbers[1])}
-        pairs = tuple((sources[i], targets[j]) for i, j in self.partners if i in sources and j in targets)
-        return Holes(tuple(self.source[k] for k in sources), tuple(self.target[k] for k in targets), pairs)
-
-    def others(
-        self, numbers: tuple[Sequence[int], Sequence[int]]
-    ) -> tuple[tuple[Curve, ...], tuple[Curve, ...]]:
-        """Return the holes of both domains without those with the given numbers."""
-        source = tuple(hole for k, hole in enumerate(self.source) if k not in numbers[0])
-        target = tuple(hole for k, hole in enumerate(self.target) if k not in numbers[1])
-        return source, target
-
-    def inverse(self) -> "Holes":
-        """Return the holes for the inverse map."""
-        return Holes(self.target, self.source, tuple((j, i) for i, j in self.partners))
-
-    def unit(self, frames: tuple[Similarity, Similarity]) -> "Holes":
-        """Return the holes in unit coordinates."""
-        source = tuple(unit_curve(frames[0], hole) for hole in self.source)
-        target = tuple(unit_curve(frames[1], hole) for hole in self.target)
-        return Holes(source, target, self.partners)
-
-
-NONE = Holes()
 ON_RIM_SHARE = 1e-3  # relative to the diagonal: points this close to a hole touch its outline
 FOLLOWED_SHARE = 0.05
 """Relative to a hole's diagonal: largest distance of its outline in a map, which follows small holes less closely."""
+
+
+def unit_holes(to_unit: tuple[Similarity, Similarity], holes: Holes) -> Holes:
+    """Return holes in unit coordinates."""
+    source = tuple(unit_curve(to_unit[0], hole) for hole in holes.source)
+    target = tuple(unit_curve(to_unit[1], hole) for hole in holes.target)
+    return Holes(source, target, holes.partners)
 
 
 def with_paired_holes(problem: Problem) -> Problem:
@@ -79,9 +34,9 @@ def with_paired_holes(problem: Problem) -> Problem:
     """
     assert problem.target is not None
     outlines = problem.source, problem.target
-    holes, pins, numbers = named_partners(Holes.of(problem), *outlines, problem.pins, problem.strokes)
+    holes, pins, numbers = named_partners(problem.holes, *outlines, problem.pins, problem.strokes)
     softness = problem.softness.of_pins(numbers)
-    return replace(problem, pins=pins, pin_numbers=numbers, softness=softness, hole_partners=holes.partners)
+    return replace(problem, pins=pins, pin_numbers=numbers, softness=softness, holes=holes)
 
 
 def named_partners(
@@ -116,7 +71,7 @@ def named_partners(
         _refuse_touching(
             ("source", "target")[k], outer, side, pins[:, k], outside, [pair[k] for pair in strokes]
         )
-    return replace(holes, partners=tuple(partners.items())), pins[outside], outside
+    return holes._replace(partners=tuple(partners.items())), pins[outside], outside
 
 
 def _hole_at(holes: Sequence[Curve], z: Complex) -> Index:

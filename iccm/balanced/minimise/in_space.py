@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Complex, Flags, Index, Real
-from ...meshes.locate import Locator, Places
+from ...meshes.locate import Locator, LocatorArrays
 from ...native import Record, function, record
 from .energy import Objective, RestShapes
 
@@ -27,7 +27,7 @@ PlacesRecord = record(
 GroundRecord = record("struct Ground { Places places; const double *points; const double *slopes; }")
 SurfaceMapRecord = record(
     """struct SurfaceMap {
-        Ground ground; RestShapes layout; Objective barrier; const bool *open; const double *turns; int64_t *on;
+        Ground ground; RestShapes layout; Objective barrier; const bool *open; const double *orientations; int64_t *on;
         double *points; Complex *laid; double *axes; Complex *slopes; double *blocks; int64_t n; }"""
 )
 _total_in_space = function(
@@ -51,7 +51,7 @@ class Ground(NamedTuple):
             triangle.
     """
 
-    places: Places
+    places: LocatorArrays
     points: Real
     slopes: Real
 
@@ -81,7 +81,7 @@ class SurfaceMap(NamedTuple):
         layout: the rest triangles for the energy in the layout; corners and slots are those of the mesh.
         barrier: objective of the energy in the layout.
         open: (m,) triangles in holes of the source, whose images are those in the layout.
-        turns: (m,) 1 if the corners are counter-clockwise, else -1.
+        orientations: (m,) 1 if the corners are counter-clockwise, else -1.
         on: (n,) the surface's triangle that contains each vertex.
         points: (n, 3) vertices in space.
         laid: (3m,) images of triangles, flattened.
@@ -94,7 +94,7 @@ class SurfaceMap(NamedTuple):
     layout: RestShapes
     barrier: Objective
     open: Flags
-    turns: Real
+    orientations: Real
     on: Index
     points: Real
     flat_images: Complex
@@ -103,13 +103,19 @@ class SurfaceMap(NamedTuple):
     blocks: Real
 
     @classmethod
-    def of(cls, ground: Ground, layout: RestShapes, theta: float, open: Flags, turns: Real) -> "SurfaceMap":
+    def of(
+        cls, ground: Ground, layout: RestShapes, theta: float, open: Flags, orientations: Real
+    ) -> "SurfaceMap":
         """Return the data for a mesh's rest triangles in the source's layout."""
         n, m = int(layout.corners.max()) + 1, len(layout.corners)
         light = layout._replace(weights=BARRIER_WEIGHT * layout.weights)
         flat_images, slopes = np.empty((2, 3 * m), np.complex128)
         return cls(
-            *(ground, light, Objective.of(theta, 1.0), open, turns),
+            ground,
+            light,
+            Objective.of(theta, 1.0),
+            open,
+            orientations,
             on=np.empty(n, np.int64),
             points=np.empty((n, 3)),
             flat_images=flat_images,
@@ -125,7 +131,7 @@ class SurfaceMap(NamedTuple):
             self.layout.record(),
             self.barrier.record(),
             self.open,
-            self.turns,
+            self.orientations,
             self.on,
             self.points,
             self.flat_images,

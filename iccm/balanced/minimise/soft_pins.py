@@ -49,7 +49,7 @@ WORST_CONDITION_NUMBER = 1e6  # of the moments of a core's vertices; above it, t
 
 
 @dataclass(frozen=True, eq=False)
-class Band:
+class StrokeBand:
     """A band around a stroke of the source, which keeps its shape.
 
     Attributes:
@@ -88,7 +88,7 @@ class SoftPins:
     stiffness: float
     rotations: Real
     scales: Real
-    bands: tuple["Band", ...] = ()
+    bands: tuple["StrokeBand", ...] = ()
     inverted: bool = False
 
     def inverse(self) -> "SoftPins":

@@ -380,13 +380,14 @@ class TermsOnMesh:
         assert self._pattern is not None
         n, e = self._pattern.order.size, self._pattern.columns.size
 
-        def total(u: int) -> float:
-            return self._guarded(lambda: self.total(array_at(u, n, np.complex128)))
+        def total(address: int) -> float:
+            return self._guarded(lambda: self.total(array_at(address, n, np.complex128)))
 
-        def derivatives(u: int, matrix: int, gradient: int) -> float:
-            blocks = array_at(matrix, 4 * e, np.float64).reshape(e, 4)
-            arrays = array_at(u, n, np.complex128), blocks, array_at(gradient, n, np.complex128)
-            return self._guarded(lambda: self.add_derivatives(*arrays))
+        def derivatives(address: int, matrix_address: int, gradient_address: int) -> float:
+            u = array_at(address, n, np.complex128)
+            blocks = array_at(matrix_address, 4 * e, np.float64).reshape(e, 4)
+            gradient = array_at(gradient_address, n, np.complex128)
+            return self._guarded(lambda: self.add_derivatives(u, blocks, gradient))
 
         return TermsRecord(TotalCallback(total), DerivativesCallback(derivatives))
 

@@ -1,7 +1,7 @@
 """The discrete map that a solve works on, and its parts.
 
-settings            the options of a solve, and its solution
-frames              unit coordinates
+solution            the solution of a solve, and the log that it keeps
+unit_coordinates    unit coordinates
 outline             outlines simplified to a tolerance, with their corners
 boundary_pairs      correspondences of outlines, and the pairs of arclengths at a mesh's boundary vertices
 inner_constraints   pins and strokes as vertices of a mesh

@@ -67,7 +67,7 @@ def mesh_boundary(
     # the mouth without its ends, which the polyline has already.
     rings = [np.append(bay, outer[mouth[-2:0:-1]]) for bay, mouth in zip(bays, mouths)]
     weights = weights_of(z, faces, filled, rings) if filled or bays else None
-    rigid = regions_of(z[faces].mean(axis=1), regions) if regions else None
+    rigid = region_at(z[faces].mean(axis=1), regions) if regions else None
     return DiscreteMap(
         faces, z, u, boundary=boundary, inside=inside, weights=weights, pattern=pattern, rigid=rigid
     )
@@ -124,7 +124,7 @@ def kept_by(regions: Sequence[Sequence[Complex]], pins: Complex) -> tuple[Comple
         (k,) points, and (k,) the next vertex on the same ring; -1 for none.
     """
     rings = [ring for region in regions for ring in region]
-    pinned = set(regions_of(pins, regions).tolist())
+    pinned = set(region_at(pins, regions).tolist())
     empty = [region for k, region in enumerate(regions) if k not in pinned]
     seeds = np.array([middle_of(region) for region in empty], np.complex128)
     links = np.append(closed_links([ring.size for ring in rings]), np.full(seeds.size, -1))
@@ -141,7 +141,7 @@ def middle_of(region: Sequence[Complex]) -> complex:
     return complex(point.x, point.y)
 
 
-def regions_of(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
+def region_at(places: Complex, regions: Sequence[Sequence[Complex]]) -> Index:
     """Return (p,) the index of the region that contains each place, -1 for none.
 
     Regions are disjoint, and may have holes.

@@ -28,7 +28,7 @@ from ..minimise.upright import ANY_ROTATION
 from .boundary import HeldBoundary, MatchedBoundary, MatchedLoop
 from .boundary_pairs import Match, Pairs
 from .energy import WITHOUT_ROTATION, Energy
-from .measures import stretches, turn_of
+from .measures import mean_rotation, stretches
 from .mesh_map import MeshMap
 from .metric import PLANES, Metrics, rest_geometry
 
@@ -204,9 +204,9 @@ class DiscreteMap(MeshMap):
         return np.unique(self.faces[self.rigid >= 0])
 
     @cached_property
-    def turn(self) -> float:
+    def rotation(self) -> float:
         """Mean rotation of the picture in radians."""
-        return turn_of(self.z, self.u, self.material, self.metrics)
+        return mean_rotation(self.z, self.u, self.material, self.metrics)
 
     def swap_sides(self) -> "DiscreteMap":
         """Return the inverse map, whose boundary can be moved by Newton's method.
@@ -222,7 +222,7 @@ class DiscreteMap(MeshMap):
             energy=self.energy.inverse(),
         )
 
-    def moved_to_border(self, u: Complex) -> "DiscreteMap":
+    def move_to_border(self, u: Complex) -> "DiscreteMap":
         """Return the map with images u (n,), changed so that boundary vertices are where they belong.
 
         The displacement of the boundary is extended harmonically and fades within a few rings of triangles.
@@ -254,47 +254,73 @@ class DiscreteMap(MeshMap):
             u[self.inner] = self.inside.goals
         return replace(self, u=u)
 
-    def unfolded(
+    def unfold_from_harmonic(
+        self, *, further: Index | None = None, weighed: bool = False, steps: int = STEPS, polish: int = 0
+    ) -> "DiscreteMap":
+        """Return the map with inner vertices moved from those of the harmonic map until no triangle is folded.
+
+        Vertices of constraints in force do not move.
+
+        Args:
+            further: (k,) further vertices that do not move.
+            weighed: whether triangles in holes and concavities count less.
+            steps: most steps.
+            polish: most steps on all of the inside after nothing is folded.
+
+        Raises:
+            Tangled: folds remain.
+        """
+        u, fixed = self._fixed(further)
+        return self._untangle(u, fixed, self._weights(weighed), harmonic=True, steps=steps, polish=polish)
+
+    def unfold_locally(
         self,
         *,
-        harmonic: bool = True,
-        polish: int = 0,
-        steps: int = STEPS,
+        further: Index | None = None,
         weighed: bool = False,
-        still: Index | None = None,
+        steps: int = STEPS,
+        polish: int = 0,
         thin: float = BARE,
         most: float = LOCAL,
     ) -> "DiscreteMap":
-        """Return the map with inner vertices moved so that no triangle is folded.
-
-        Vertices of constraints in force do not move. Unless it starts from the harmonic map, vertices near
-        folds are moved first, and all of the inside only if that does not suffice.
+        """Return the map with vertices near folds moved, or all of the inside if that does not suffice.
 
         Args:
-            harmonic: whether to start from the harmonic map.
-            polish: most steps on all of the inside after nothing is folded.
-            steps: most steps.
-            weighed: whether triangles in holes and concavities count less.
-            still: (k,) further vertices that do not move.
+            further, weighed, steps, polish: as for `unfold_from_harmonic`.
             thin: area relative to the mean below which a triangle counts as folded.
             most: largest share of the inside that may be moved locally.
 
         Raises:
             Tangled: folds remain.
         """
+        u, fixed = self._fixed(further)
+        weights = self._weights(weighed)
         gradients, areas = rest_geometry(self.z, self.u, self.faces, (self.metrics[0], None))
-        weights = self.weights if weighed and self.weights is not None else np.ones(len(areas))
+        image = triangle_areas(u[self.faces])
+        folded = image * (areas @ weights) < thin * areas * weights * image.sum()
+        with suppress(Tangled):
+            return replace(self, u=unfold(u, self.faces, fixed, folded, gradients, areas, weights, most))
+        return self._untangle(u, fixed, weights, harmonic=False, steps=steps, polish=polish)
+
+    def _fixed(self, further: Index | None) -> tuple[Complex, Flags]:
+        """Return images with constraints in force at their goals, and (n,) whether a vertex does not move."""
         u = self.u.copy()
         if self.bound:
             u[self.inner] = self.inside.goals
         fixed = np.arange(u.size) < self.constrained
-        if still is not None:
-            fixed[still] = True
-        if not harmonic:
-            image = triangle_areas(u[self.faces])
-            folded = image * (areas @ weights) < thin * areas * weights * image.sum()
-            with suppress(Tangled):
-                return replace(self, u=unfold(u, self.faces, fixed, folded, gradients, areas, weights, most))
+        if further is not None:
+            fixed[further] = True
+        return u, fixed
+
+    def _weights(self, weighed: bool) -> Real:
+        """Return (m,) the weights of triangles, which are all 1 unless `weighed`."""
+        return self.weights if weighed and self.weights is not None else np.ones(len(self.faces))
+
+    def _untangle(
+        self, u: Complex, fixed: Flags, weights: Real, *, harmonic: bool, steps: int, polish: int
+    ) -> "DiscreteMap":
+        """Return the map with images u (n,), changed by Newton's method until no triangle is folded."""
+        # The corners of each triangle come in the order of elimination, as the matrix has them.
         gradients, areas = rest_geometry(self.z, self.u, self.pattern.corners, (self.metrics[0], None))
         rest = RestShapes.of(self.pattern, gradients, areas * weights)
         least = untangle(self.pattern, rest, u, fixed, harmonic, steps, polish)
@@ -338,18 +364,18 @@ class DiscreteMap(MeshMap):
         tau, constraints = self.constraints(True, True, self.inside.at_target)
         gain = elsewhere.energy(self.u, self.energy.objective(q, self.boundary.area_share(True)))
         gain += border_energy(constraints.border, tau) + self._terms(True, q).total(self.u)
-        gain *= self.energy.rotation_cost(self.turn) ** q
+        gain *= self.energy.rotation_cost(self.rotation) ** q
         inside = self.rigid >= 0
         areas = np.bincount(self.rigid[inside], np.abs(triangle_areas(self.form[self.faces[inside]])))
         return replace(self, stiffness=float(gain / (strain**2 * (np.abs(self.aims) ** 2 * areas).min())))
 
-    def inside_moved(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
+    def move_inside(self, q: float, steps: int, tolerance: float) -> "DiscreteMap":
         """Make Newton steps on the image with the outline fixed."""
         fixed_boundary = replace(self.matched, anchored=np.ones(self.border, bool))
         state = replace(self, boundary=fixed_boundary).forward(q, steps, tolerance)
         return replace(state, boundary=self.boundary)
 
-    def relaxed(self) -> "DiscreteMap":
+    def relax(self) -> "DiscreteMap":
         """Make a few steps at q = 1 if a triangle is badly stretched, first on the inside, then on all vertices.
 
         With higher powers q, Newton's method widens such triangles slowly.
@@ -357,9 +383,9 @@ class DiscreteMap(MeshMap):
         _, stretch, _ = stretches(self.z, self.u, self.material, self.metrics)
         if stretch.max() < BADLY_STRETCHED:
             return self
-        return self.inside_moved(1.0, EASING_STEPS, EASED).forward(1.0, EASING_STEPS, EASED)
+        return self.move_inside(1.0, EASING_STEPS, EASED).forward(1.0, EASING_STEPS, EASED)
 
-    def alternated(self, q: float, rounds: int, backward: int) -> "DiscreteMap":
+    def alternate(self, q: float, rounds: int, backward: int) -> "DiscreteMap":
         """Alternate Newton steps on the map and on its inverse, so that neither shape's corners are privileged.
 
         Args:
@@ -517,14 +543,20 @@ class DiscreteMap(MeshMap):
             areas = areas * self.multipliers
         if self.energy.pins is not None:
             areas = areas * self.energy.pins.multipliers(self.z, self.u, corners)
-        flat, flat_areas = geometry(self.z, corners)
-        open = np.zeros(len(corners), bool)
+        is_in_hole = np.zeros(len(corners), bool)
         if self.weights is not None:
-            open, areas = self.weights != 1, areas * self.weights
-        flat, flat_areas = np.where(open[:, None], gradients, flat), np.where(open, areas, flat_areas)
-        turns = np.sign(triangle_areas(self.z[corners]))
-        layout = RestShapes.of(self.pattern, flat, flat_areas)
-        return separate(gradients, areas), SurfaceMap.of(ground, layout, self.energy.balance, open, turns)
+            is_in_hole = self.weights != 1
+            areas = areas * self.weights
+        # A barrier in the layout keeps triangles from folding there. Those in holes, where there is no surface, have
+        # their energy in the layout instead.
+        layout_gradients, layout_areas = geometry(self.z, corners)
+        layout_gradients = np.where(is_in_hole[:, None], gradients, layout_gradients)
+        layout_areas = np.where(is_in_hole, areas, layout_areas)
+        layout = RestShapes.of(self.pattern, layout_gradients, layout_areas)
+        orientations = np.sign(triangle_areas(self.z[corners]))
+        return separate(gradients, areas), SurfaceMap.of(
+            ground, layout, self.energy.balance, is_in_hole, orientations
+        )
 
     def constraints(self, forward: bool, corners: bool, stay: Flags) -> tuple[Real, Constraints]:
         """Return the arclengths of constrained vertices on the moving side, and their constraints.

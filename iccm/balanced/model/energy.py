@@ -1,8 +1,8 @@
 """The energy that balanced maps minimise, and by which they are compared, as one value.
 
 It is the mean density of angles and areas (`minimise.energy`), times the cost of rotating the picture
-(`minimise.upright`), plus further terms if there are any (`minimise.terms`). Settings, problems and maps hold
-the same value, and everything that compares maps uses it.
+(`minimise.upright`), plus further terms if there are any (`minimise.terms`). Problems and maps hold the same
+value, and everything that compares maps uses it.
 """
 
 from dataclasses import dataclass, replace
@@ -11,13 +11,15 @@ import numpy as np
 
 from ...arrays import Complex, Index
 from ...drawings.cost import Cost
+from ...errors import InputError
 from ...linalg.cholesky import BlockPattern
+from ...options import Options
 from ...plane import Similarity, triangle_areas
 from ..minimise.energy import BOTH_AREAS, NO_SLOTS, Objective, RestShapes, energy_of
 from ..minimise.soft_pins import SoftPins
 from ..minimise.terms import NO_TERMS, MapSides, Term, TermsOnMesh
 from ..minimise.upright import ANY_ROTATION, Upright, rotation_cost
-from .measures import turn_of
+from .measures import mean_rotation
 from .metric import PLANES, Metrics, rest_geometry
 
 UPRIGHT = 2.0  # a rotation by 90° doubles the cost, by 180° trebles it
@@ -40,6 +42,20 @@ class Energy:
     upright: float = UPRIGHT
     terms: tuple[Term, ...] = ()
     pins: SoftPins | None = None
+
+    @classmethod
+    def of(cls, options: Options) -> "Energy":
+        """Return the energy that options request, in the given coordinates.
+
+        Raises:
+            InputError: an item of `terms` is not a `Term`.
+        """
+        for number, term in enumerate(options.terms, 1):
+            if not isinstance(term, Term):
+                raise InputError(
+                    f"terms: item {number} is a {type(term).__name__}, not an iccm.balanced.Term"
+                )
+        return cls(options.balance, 0.0 if options.rotation is None else UPRIGHT, tuple(options.terms))
 
     def without_rotation(self) -> "Energy":
         """Return the energy with which all rotations of the picture cost the same."""
@@ -75,14 +91,14 @@ class Energy:
         pins = None if self.pins is None else self.pins.inverse()
         return replace(self, pins=pins, terms=tuple(term.inverse() for term in self.terms))
 
-    def in_frames(self, frames: tuple[Similarity, Similarity], pins: SoftPins | None = None) -> "Energy":
+    def in_unit(self, to_unit: tuple[Similarity, Similarity], pins: SoftPins | None = None) -> "Energy":
         """Return the energy in unit coordinates of source and target, with the given soft pins.
 
         Terms are rotated and mirrored with the shapes.
         """
-        source, target = (complex(frame.factor / abs(frame.factor)) for frame in frames)
+        source, target = (complex(similarity.factor / abs(similarity.factor)) for similarity in to_unit)
         terms = [term.rotated(source, target) for term in self.terms]
-        if frames[0].mirrored:
+        if to_unit[0].mirrored:
             terms = [term.mirrored() for term in terms]
         return replace(self, terms=tuple(terms), pins=pins)
 
@@ -165,7 +181,7 @@ class Energy:
             rotation: radians by which the picture is rotated relative to the requested rotation; None to
                 measure it on z -> u.
         """
-        angle = turn_of(z, u, faces, metrics) if rotation is None else rotation
+        angle = mean_rotation(z, u, faces, metrics) if rotation is None else rotation
         return Cost(self.between(z, u, faces, metrics), *lost_shares, self.rotation_cost(angle)).total
 
 

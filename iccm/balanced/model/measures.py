@@ -31,7 +31,7 @@ def derivatives(
     return (gradients * values).sum(1), (gradients.conj() * values).sum(1), areas
 
 
-def turn_of(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
+def mean_rotation(z: Complex, u: Complex, faces: Index, metrics: Metrics = PLANES) -> float:
     """Return the mean rotation of the picture in radians: the argument of the mean f_z.
 
     The inverse map has the opposite rotation exactly.

@@ -61,30 +61,32 @@ class LaidMetric(Metric):
 
     Attributes:
         locator: finds the surface's triangles.
-        frame: of the unit coordinates in which positions are given.
+        similarity: to the unit coordinates in which positions are given.
         stretch: (m,) e, and
         shear: (m,) g of the surface's triangles, with which the squared length of dz is e |dz|² + 2 Re(g dz²).
             The surface's area is scaled to one.
     """
 
     locator: Locator
-    frame: Similarity
+    similarity: Similarity
     stretch: Real
     shear: Complex
 
     @classmethod
-    def of(cls, layout: Flattening, frame: Similarity) -> "LaidMetric":
-        """Return the metric of a flattening without folds, in the unit coordinates of a frame."""
+    def of(cls, layout: Flattening, similarity: Similarity) -> "LaidMetric":
+        """Return the metric of a flattening without folds, in the unit coordinates to which a similarity leads."""
         space = layout.patch.points[layout.patch.faces]
         to_surface = linear(layout.flat[layout.patch.faces], laid_flat(space))
-        area = face_areas(space).sum() * abs(frame.factor) ** 2
+        area = face_areas(space).sum() * abs(similarity.factor) ** 2
         scale = 1 / area
-        product = scale * to_surface.a * to_surface.b.conj() * (abs(frame.factor) / frame.factor) ** 2
+        product = (
+            scale * to_surface.a * to_surface.b.conj() * (abs(similarity.factor) / similarity.factor) ** 2
+        )
         return cls(
             Locator.of(layout),
-            frame,
+            similarity,
             scale * (np.abs(to_surface.a) ** 2 + np.abs(to_surface.b) ** 2),
-            product.conj() if frame.mirrored else product,
+            product.conj() if similarity.mirrored else product,
         )
 
     def over(self, z: Complex) -> Linear:
@@ -92,10 +94,10 @@ class LaidMetric(Metric):
 
         In holes, where there is no surface, the Euclidean metric is used.
         """
-        points = self.frame.pull_back(z @ PLACES.T)
+        points = self.similarity.pull_back(z @ PLACES.T)
         triangle, place = self.locator(points.ravel(), 1)
         located = np.einsum("pk,pk->p", place, self.locator.flat[self.locator.faces[triangle]])
-        off = (np.abs(located - points.ravel()) > SIMPLIFIED_SHARE / abs(self.frame.factor)).reshape(
+        off = (np.abs(located - points.ravel()) > SIMPLIFIED_SHARE / abs(self.similarity.factor)).reshape(
             points.shape
         )
         triangle = triangle.reshape(points.shape)
@@ -113,14 +115,14 @@ class FieldMetric(Metric):
     """A plane with fields that give the size and the weight of its parts.
 
     Attributes:
-        frame: of the unit coordinates in which positions are given.
+        similarity: to the unit coordinates in which positions are given.
         size: the linear size; None if it is 1 everywhere.
         weight: weight of distortion; None if it is 1 everywhere.
         scale: factor that makes the total area one.
         middle: the mean weight.
     """
 
-    frame: Similarity
+    similarity: Similarity
     size: Field | None
     weight: Field | None
     scale: float = 1.0
@@ -133,12 +135,12 @@ class FieldMetric(Metric):
 
     @classmethod
     def of(
-        cls, frame: Similarity, inside: Complex, size: Field | None, weight: Field | None
+        cls, similarity: Similarity, inside: Complex, size: Field | None, weight: Field | None
     ) -> "FieldMetric":
         """Return the metric of a domain, which is represented by evenly spread points (p,) in the given coordinates."""
         scale = 1.0 if size is None else 1 / np.sqrt(np.mean(size(inside) ** 2))
         return cls(
-            frame, size, weight, float(scale), 1.0 if weight is None else float(np.mean(weight(inside)))
+            similarity, size, weight, float(scale), 1.0 if weight is None else float(np.mean(weight(inside)))
         )
 
     def over(self, z: Complex) -> Linear:
@@ -154,7 +156,7 @@ class FieldMetric(Metric):
 
     def _at(self, field: Field, z: Complex) -> Real:
         """Return (m, p) the field's values at points of triangles z (m, 3)."""
-        return field(self.frame.pull_back(z @ PLACES.T))
+        return field(self.similarity.pull_back(z @ PLACES.T))
 
 
 def _places(parts: int) -> Real:

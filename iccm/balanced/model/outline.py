@@ -56,7 +56,7 @@ class Outline:
         origins = np.append(curve.knots[kept], curve.knots[kept[0]] + curve.length)
         corners = kept_vertices(fine, corner_fineness, always)
         if spacing < np.inf:
-            turning = _turns_within(Curve(fine.z[corners]), spacing) > SHARP_CORNER_RADIANS
+            turning = _turning_within(Curve(fine.z[corners]), spacing) > SHARP_CORNER_RADIANS
             corners = corners[turning | np.isin(fine.z[corners], always)]
         return cls(fine, fine.knots[corners], origins)
 
@@ -100,18 +100,18 @@ class Outline:
         return Rail(self.curve.knots, self.curve.z, self.curve.knots[:-1][sharp])
 
 
-def _turns_within(curve: Curve, spacing: float) -> Real:
+def _turning_within(curve: Curve, spacing: float) -> Real:
     """Return (n,) the turning angles in radians of a closed polyline around each vertex.
 
     They cover half the spacing before and after the vertex.
     """
-    turns = np.angle(curve.edges / np.roll(curve.edges, 1))
-    sums = np.append(0, np.cumsum(np.tile(turns, 3)))
+    turning_angles = np.angle(curve.edges / np.roll(curve.edges, 1))
+    sums = np.append(0, np.cumsum(np.tile(turning_angles, 3)))
     knots = curve.knots[:-1]
     laps = np.concatenate([knots - curve.length, knots, knots + curve.length])
     first = np.searchsorted(laps, knots - 0.5 * spacing)
     after = np.searchsorted(laps, knots + 0.5 * spacing, side="right")
-    return np.maximum(np.abs(sums[after] - sums[first]), np.abs(turns))
+    return np.maximum(np.abs(sums[after] - sums[first]), np.abs(turning_angles))
 
 
 def simplify(curve: Curve, fineness: float, always: tuple[complex, ...] = ()) -> Curve:

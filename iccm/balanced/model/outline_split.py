@@ -49,9 +49,7 @@ def split_at_vertices(state: DiscreteMap) -> DiscreteMap:
         weights=None if state.weights is None else state.weights[parents],
         rigid=None if state.rigid is None else state.rigid[parents],
     ).with_pattern()
-    return (
-        split.unfolded(harmonic=False, weighed=True, still=split.rigid_vertices) if folds(faces, u) else split
-    )
+    return split.unfold_locally(weighed=True, further=split.rigid_vertices) if folds(faces, u) else split
 
 
 def _split_boundary(boundary: MatchedBoundary) -> tuple[MatchedBoundary, Index]:

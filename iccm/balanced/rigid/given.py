@@ -10,7 +10,8 @@ from ...arrays import Complex, Flags, Index, complex_of, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
-from ..constraints.validate import NO_PINS, Pins
+from ..constraints.validate import NO_PINS
+from ..model.boundary_mesh import region_at
 
 # Lengths relative to the root of the area; an edge of the final mesh has length 0.02.
 OUTLINE_MARGIN = 0.01  # distance of regions from the outlines, which slide
@@ -26,7 +27,7 @@ Rings = tuple[Complex, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Regions:
+class RigidRegions:
     """Regions disjoint from each other and from the outlines.
 
     Attributes:
@@ -37,15 +38,8 @@ class Regions:
     polygons: tuple[Rings, ...]
     notes: tuple[str, ...] = ()
 
-    def holding(self, z: Complex) -> np.ndarray:
-        """Return (p,) the region that contains each point; -1 for none."""
-        numbers = np.full(z.size, -1)
-        for k, rings in enumerate(self.polygons):
-            numbers[shapely.contains_xy(_polygon(rings), z.real, z.imag)] = k
-        return numbers
 
-
-NO_REGIONS = Regions(())
+NO_REGIONS = RigidRegions(())
 
 
 def regions_of(
@@ -54,7 +48,7 @@ def regions_of(
     holes: Sequence[Curve] = (),
     pins: Complex = NO_PINS,
     strokes: Sequence[tuple[Curve, Curve]] = (),
-) -> Regions:
+) -> RigidRegions:
     """Return the regions of a domain with holes.
 
     Args:
@@ -112,12 +106,12 @@ def regions_of(
     ordered = [shapely.geometry.polygon.orient(part) for part in region_parts]
     rings = [(part.exterior, *part.interiors) for part in ordered]
     polygons = tuple(tuple(complex_of(shapely.get_coordinates(r)[:-1]) for r in region) for region in rings)
-    return Regions(polygons, tuple(notes))
+    return RigidRegions(polygons, tuple(notes))
 
 
-def aims_of(regions: Regions, pins: Pins, size: float) -> tuple[Complex, Flags, Complex]:
-    """Return the same as `aims_by`, for polygons and pins in unit coordinates."""
-    return aims_by(len(regions.polygons), regions.holding(pins.inner[:, 0]), pins.inner, size)
+def aims_of(regions: RigidRegions, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
+    """Return the same as `aims_by`, for polygons and pins (p, 2) inside, in unit coordinates."""
+    return aims_by(len(regions.polygons), region_at(pins[:, 0], regions.polygons), pins, size)
 
 
 def aims_by(count: int, region_of_pin: Index, pins: Complex, size: float) -> tuple[Complex, Flags, Complex]:
@@ -154,10 +148,6 @@ def aims_by(count: int, region_of_pin: Index, pins: Complex, size: float) -> tup
             )
         aims[k], is_prescribed[k] = similarity.factor, True
     return aims, is_prescribed, centroids
-
-
-def _polygon(rings: Rings) -> shapely.Polygon:
-    return shapely.Polygon(xy_of(rings[0]), [xy_of(hole) for hole in rings[1:]])
 
 
 def _parts(geometry: shapely.Geometry) -> list[shapely.Polygon]:

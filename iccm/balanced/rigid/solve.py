@@ -16,6 +16,7 @@ one around them, and grow as far as they can.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
@@ -26,16 +27,18 @@ import shapely
 from ... import progress
 from ...arrays import Complex, Flags, Real, xy_of
 from ...curve import Curve
+from ...options import Options
 from ...plane import Similarity
+from ...problem import Holes
 from ..errors import NoMapError, OutOfTime, Stuck, first_success, successes
 from ..meshing.transfer import interpolate
 from ..model import mesh_sizes
-from ..model.boundary_mesh import regions_of
+from ..model.boundary_mesh import region_at
 from ..model.discrete_map import DiscreteMap
 from ..model.measures import derivatives
 from ..model.mesh_map import MeshMap
 from ..model.outline_split import split_at_vertices
-from ..model.settings import Settings, SolveLog
+from ..model.solution import SolveLog
 from ..search import multilevel, warm_start
 from ..search.final_mesh import LAST_DECREASE, LAST_STEPS, final_level, meet_bounds_by
 from ..search.levels import FINE_POWER, Level, match_on
@@ -73,26 +76,28 @@ class Rigid:
     Attributes:
         regions: polygons, the outer one first.
         aims: (k,) complex, the derivative of each one's similarity, as far as it is prescribed.
-        turns: (k,) whether the rotation is free.
+        rotates: (k,) whether the rotation is free.
         sizes: (k,) whether the scale is free.
         anchors: (k, 2) a point of each one and its image, if pins prescribe them; NaN otherwise.
+        is_smaller_nearer: whether regions may be smaller, in order to lie nearer to where the map has them.
     """
 
     regions: tuple[tuple[Complex, ...], ...]
     aims: Complex
-    turns: Flags
+    rotates: Flags
     sizes: Flags
     anchors: Complex
+    is_smaller_nearer: bool = False
 
     def aims_beside(self, region_derivatives: Complex) -> Complex:
         """Return (k,) the aims, with free rotations and scales taken from the regions' own derivatives."""
         size = np.where(self.sizes, np.abs(region_derivatives), np.abs(self.aims))
-        turn = np.where(self.turns, region_derivatives, self.aims)
-        return np.asarray(size * turn / np.abs(turn), np.complex128)
+        direction = np.where(self.rotates, region_derivatives, self.aims)
+        return np.asarray(size * direction / np.abs(direction), np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
-class Placing:
+class RegionPlacement:
     """Similarities of regions: z is mapped to image + factor (z - middle); (k,) each."""
 
     factors: Complex
@@ -100,9 +105,7 @@ class Placing:
     images: Complex
 
 
-def keep_rigid(
-    problem: UnitProblem, start: MeshMap, rigid: Rigid, settings: Settings, journal: SolveLog
-) -> DiscreteMap:
+def keep_rigid(problem: UnitProblem, start: MeshMap, rigid: Rigid, journal: SolveLog) -> DiscreteMap:
     """Return the map with rigid regions, starting from one without.
 
     Its regions may be smaller than requested, or not quite rigid.
@@ -114,28 +117,29 @@ def keep_rigid(
     sketch = MeshMap.plain(
         start.z, start.u, start.faces, start.border, loops=start.loops, weights=start.weights
     )
-    places, sent_away, room = places_of(problem, sketch, rigid)
-    patient = bool((room == 1).all())
+    places, is_far_from_map, fitting_shares = places_of(problem, sketch, rigid)
+    patient = bool((fitting_shares == 1).all())
 
     def from_map() -> list[DiscreteMap]:
-        return solve_variants(problem, rigid, FromMap(sketch, rigid, places), settings, again=False)
+        return solve_variants(problem, rigid, FromMap(sketch, rigid, places), again=False)
 
     def around_places() -> list[DiscreteMap]:
         beginning = AroundPlaces.of(problem, sketch, rigid, places, patient=patient)
-        return solve_variants(problem, rigid, beginning, settings, again=True)
+        return solve_variants(problem, rigid, beginning, again=True)
 
     def growing(share: float) -> list[DiscreteMap]:
-        beginning = Growing.of(problem, sketch, rigid, room, share)
-        return solve_variants(problem, rigid, beginning, settings, again=False)
+        beginning = Growing.of(problem, sketch, rigid, fitting_shares, share)
+        return solve_variants(problem, rigid, beginning, again=False)
 
-    usual = [around_places, from_map] if sent_away else [from_map, around_places]
+    usual = [around_places, from_map] if is_far_from_map else [from_map, around_places]
     attempts: list[Callable[[], list[DiscreteMap]]] = [*usual, *(partial(growing, share) for share in BEGUN)]
     states: list[DiscreteMap] = []
     for number, attempt in enumerate(attempts):
-        states += [state for found in successes([attempt]) for state in found]
-        if states and shortfall(states[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE:
-            break
-        if number >= len(usual) and any(is_rigid(state) for state in states):
+        with suppress(Stuck, NoMapError):
+            states += attempt()
+        is_large = states and shortfall(states[-1], np.abs(places.factors)) <= 1 - LARGE_SIZE_SHARE
+        is_enough = number >= len(usual) and any(is_rigid(state) for state in states)
+        if is_large or is_enough:
             break
     if not states:
         raise NoMapError("rigid: found no map without folds that follows the outlines of the regions")
@@ -155,7 +159,7 @@ def is_rigid_similarity(map: MeshMap, rigid: Rigid) -> bool:
 
 
 def solve_variants(
-    problem: UnitProblem, rigid: Rigid, beginning: "Beginning", settings: Settings, *, again: bool
+    problem: UnitProblem, rigid: Rigid, beginning: "Beginning", *, again: bool
 ) -> list[DiscreteMap]:
     """Return the maps with rigid regions from one beginning: of the first variant that keeps them, and of those before.
 
@@ -163,12 +167,11 @@ def solve_variants(
         problem: the problem.
         rigid: the regions.
         beginning: makes the map to start from.
-        settings: options of the map.
         again: whether to try the next variant if one is stuck.
     """
     states: list[DiscreteMap] = []
     for smooth, split in VARIANTS:
-        level = final_level(problem._replace(regions=rigid.regions), settings, smooth=smooth)
+        level = final_level(problem._replace(regions=rigid.regions), smooth=smooth)
         try:
             state = beginning.on(level, split=split)
         except Stuck:  # if regions fold the map without them, corners are not the reason
@@ -177,7 +180,7 @@ def solve_variants(
             break
         try:
             state = split_at_vertices(state) if smooth and not split else state
-            states.append(settle(state, settings))
+            states.append(settle(state, problem.options))
         except OutOfTime:
             states.append(state)
         except Stuck:
@@ -187,7 +190,7 @@ def solve_variants(
     return states
 
 
-def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> DiscreteMap:
+def keep_on_mesh(state: DiscreteMap, rigid: Rigid, options: Options) -> DiscreteMap:
     """Return the map with rigid regions on its own mesh, in which the regions consist of triangles.
 
     The regions may be smaller than requested, or not quite rigid.
@@ -200,7 +203,7 @@ def keep_on_mesh(state: DiscreteMap, rigid: Rigid, settings: Settings) -> Discre
     goal = replace(placing, factors=rigid.aims_beside(placing.factors))
 
     def settled_by(attempt: Callable[[], DiscreteMap]) -> DiscreteMap:
-        return settle(attempt(), settings)
+        return settle(attempt(), options)
 
     attempts: tuple[Callable[[], DiscreteMap], ...] = (
         lambda: harden(state, rigid, state.value),
@@ -238,12 +241,12 @@ class FromMap:
 
     sketch: MeshMap
     rigid: Rigid
-    places: Placing
+    places: RegionPlacement
 
     def on(self, level: Level, *, split: bool) -> DiscreteMap:
         """Return the map with its regions put into their places; see `Beginning`."""
         state = carry_over(level, self.sketch, split=split)
-        if (self.rigid.turns | self.rigid.sizes).any():
+        if (self.rigid.rotates | self.rigid.sizes).any():
             hardened = harden(state, self.rigid, state.value)
             if is_rigid(hardened):
                 return hardened
@@ -260,11 +263,11 @@ class AroundPlaces:
     """
 
     around: MeshMap
-    places: Placing
+    places: RegionPlacement
 
     @classmethod
     def of(
-        cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, places: Placing, *, patient: bool
+        cls, problem: UnitProblem, sketch: MeshMap, rigid: Rigid, places: RegionPlacement, *, patient: bool
     ) -> "AroundPlaces":
         """Solve for the map of the domains with the regions cut out; see `coarse_to_fine` for `patient`.
 
@@ -277,13 +280,12 @@ class AroundPlaces:
         cut = [Curve(rings[0][::-1]) for rings in rigid.regions]
         placements = zip(cut, places.factors, places.middles, places.images)
         placed = [Curve(image + factor * (ring.z - middle)) for ring, factor, middle, image in placements]
-        source_holes, target_holes = (*problem.holes[0], *cut), (*problem.holes[1], *placed)
-        first_source, first_target = (len(holes) for holes in problem.holes)
+        holes = problem.holes
+        first_source, first_target = len(holes.source), len(holes.target)
         partners = [(first_source + k, first_target + k) for k in range(len(cut))]
-        free = problem.pins[regions_of(problem.pins[:, 0], rigid.regions) < 0]
+        free = problem.pins[region_at(problem.pins[:, 0], rigid.regions) < 0]
         with_regions_cut = problem._replace(
-            holes=(source_holes, target_holes),
-            partners=(*problem.partners, *partners),
+            holes=Holes((*holes.source, *cut), (*holes.target, *placed), (*holes.partners, *partners)),
             pins=free,
             cut_out=len(cut),
         )
@@ -302,7 +304,7 @@ class AroundPlaces:
         sizes = mesh_sizes.graded(around.z, around.u, around.faces, 0.5 * level.size**2)
         fine = level.mapped(match_on(level, around), sizes)
         fine = replace(fine, bound=bool(fine.inside.z.size))
-        fine = fine.moved_to_border(interpolate(around.z, around.faces, around.u, fine.z))
+        fine = fine.move_to_border(interpolate(around.z, around.faces, around.u, fine.z))
         fine = split_at_vertices(fine) if split else fine
         return relax_regions(place_regions(fine, self.places))
 
@@ -343,7 +345,7 @@ class Growing:
         places = growing.places(begun)
         return replace(growing, around=AroundPlaces.of(problem, sketch, rigid, places, patient=False))
 
-    def places(self, shares: Real | float) -> Placing:
+    def places(self, shares: Real | float) -> RegionPlacement:
         """Return the places of regions with shares (k,) of the sizes for which there is room."""
         return places_of(self.problem, self.sketch, self.rigid, shares * self.room)[0]
 
@@ -368,7 +370,7 @@ def carry_over(level: Level, sketch: MeshMap, *, split: bool) -> DiscreteMap:
 
 def places_of(
     problem: UnitProblem, sketch: MeshMap, rigid: Rigid, sizes: Real | float = 1.0
-) -> tuple[Placing, bool, Real]:
+) -> tuple[RegionPlacement, bool, Real]:
     """Find room for regions close to where a map has them.
 
     They have shares (k,) of their sizes, or as much of these as possible.
@@ -377,7 +379,7 @@ def places_of(
         The similarities, whether a place is far from the region's image, and (k,) the share of these sizes that
         fits.
     """
-    domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes[1]])
+    domain = shapely.Polygon(xy_of(problem.target.z), [xy_of(hole.z) for hole in problem.holes.target])
     goals = [interpolate(sketch.z, sketch.faces, sketch.u, rings[0]) for rings in rigid.regions]
     map_factors = [Similarity.fit(rings[0], goal).factor for rings, goal in zip(rigid.regions, goals)]
     aims = sizes * rigid.aims_beside(np.array(map_factors))
@@ -388,7 +390,8 @@ def places_of(
         (expected,) = interpolate(sketch.z, sketch.faces, sketch.u, np.array([middle]))
         shape, share, image = aim * (rings[0] - middle), 1.0, complex(place)
         if np.isnan(place):
-            share, image = room_for(shape, domain, complex(expected))
+            nearer = rigid.is_smaller_nearer
+            share, image = room_for(shape, domain, complex(expected), is_smaller_nearer=nearer)
             moved_away |= abs(image - expected) > share * np.abs(shape).max()
         share = max(share, SMALLEST_SIZE_SHARE)
         middles.append(middle)
@@ -397,10 +400,14 @@ def places_of(
         shares.append(share)
         domain = domain.difference(shapely.Polygon(xy_of(image + share * shape)))
         domain = max(shapely.get_parts(domain), key=lambda part: part.area)
-    return Placing(np.array(factors), np.array(middles), np.array(images)), bool(moved_away), np.array(shares)
+    return (
+        RegionPlacement(np.array(factors), np.array(middles), np.array(images)),
+        bool(moved_away),
+        np.array(shares),
+    )
 
 
-def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
+def placing_of(state: DiscreteMap, rigid: Rigid) -> RegionPlacement:
     """Return the similarities that regions follow on average."""
     factors = mean_derivatives(state)
     (_, _, areas), regions = _region_triangles(state)
@@ -414,10 +421,10 @@ def placing_of(state: DiscreteMap, rigid: Rigid) -> Placing:
     is_pinned = ~np.isnan(rigid.anchors[:, 0])
     middles = np.where(is_pinned, rigid.anchors[:, 0], centroids(state.form))
     images = np.where(is_pinned, rigid.anchors[:, 1], centroids(state.u))
-    return Placing(factors, middles, images)
+    return RegionPlacement(factors, middles, images)
 
 
-def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
+def place_regions(state: DiscreteMap, places: RegionPlacement) -> DiscreteMap:
     """Return the map with regions in their places, and with their surroundings unfolded.
 
     Raises:
@@ -431,11 +438,13 @@ def place_regions(state: DiscreteMap, places: Placing) -> DiscreteMap:
     u[fixed] = places.images[k] + places.factors[k] * (state.form[fixed] - places.middles[k])
     placed = replace(state, u=u, aims=places.factors)
     return first_success(
-        lambda: placed.unfolded(harmonic=False, still=fixed), lambda: placed.unfolded(still=fixed)
+        lambda: placed.unfold_locally(further=fixed), lambda: placed.unfold_from_harmonic(further=fixed)
     )
 
 
-def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: float = 0.0) -> DiscreteMap:
+def grow_regions(
+    state: DiscreteMap, places: Callable[[Real], RegionPlacement], begun: float = 0.0
+) -> DiscreteMap:
     """Return the map with rigid regions as large as possible, first growing together, then each separately.
 
     Args:
@@ -464,8 +473,8 @@ def grow_regions(state: DiscreteMap, places: Callable[[Real], Placing], begun: f
 
 
 def relax_regions(state: DiscreteMap) -> DiscreteMap:
-    """Return the converged map with its regions, which are rigid and remain so."""
-    state = state.with_firm_regions(1.0, UNSEEN_STRAIN).relaxed()
+    """Return the map after Newton's method has converged, with regions kept so stiff that they stay rigid."""
+    state = state.with_firm_regions(1.0, UNSEEN_STRAIN).relax()
     for _ in range(WEIGHT_ROUNDS):
         state = state.with_firm_regions(FINE_POWER, UNSEEN_STRAIN).forward(
             FINE_POWER, WEIGHT_STEPS, WEIGHT_DECREASE
@@ -496,13 +505,13 @@ def harden(state: DiscreteMap, rigid: Rigid, energy: float) -> DiscreteMap:
         weight, previous_strain = STIFFER * weight, strain
 
 
-def settle(state: DiscreteMap, settings: Settings) -> DiscreteMap:
+def settle(state: DiscreteMap, options: Options) -> DiscreteMap:
     """Return the converged map with its regions rigid, and with bounds met."""
 
     def descent(state: DiscreteMap, q: float) -> DiscreteMap:
         return state.with_firm_regions(q, UNSEEN_STRAIN).forward(q, LAST_STEPS, LAST_DECREASE)
 
-    return meet_bounds_by(descent, state, settings)
+    return meet_bounds_by(descent, state, options)
 
 
 def is_rigid(state: DiscreteMap) -> bool:

@@ -62,7 +62,7 @@ def without_duplicates(states: list[DiscreteMap]) -> list[DiscreteMap]:
 
 def are_equivalent(first: DiscreteMap, second: DiscreteMap) -> bool:
     """Return whether two maps have the same energy and rotation."""
-    rotation = np.angle(np.exp(1j * (first.turn - second.turn)))
+    rotation = np.angle(np.exp(1j * (first.rotation - second.rotation)))
     return bool(abs(first.value / second.value - 1) < ALIKE[0] and abs(rotation) < ALIKE[1])
 
 
@@ -81,7 +81,7 @@ def best_of(level: Level, states: list[DiscreteMap]) -> DiscreteMap:
             return states[0]
         raise Stuck("no starting map")
     settled.sort(key=lambda s: s.value)
-    most = FINALISTS * level.problem.starts
+    most = FINALISTS * level.problem.options.effort
     finalists = [state for state in settled[:most] if state.value <= CLOSE * settled[0].value]
     counted = progress.counted("coarse maps, corners released", finalists)
     return min((release_corners(level, s) for s in counted), key=lambda s: s.value)
@@ -94,7 +94,7 @@ def settle(level: Level, state: DiscreteMap, rounds: int) -> DiscreteMap:
         Stuck: it folds there too.
     """
     state = first_success(partial(remesh, level, state), lambda: state)
-    state = state.alternated(1.0, rounds, BACKWARD_STEPS)
+    state = state.alternate(1.0, rounds, BACKWARD_STEPS)
     if not np.isfinite(state.value):
         raise Stuck("found no map without folds for this correspondence of the outlines")
     return state
@@ -106,7 +106,7 @@ def release_corners(level: Level, state: DiscreteMap) -> DiscreteMap:
     for _ in range(RELEASE_ROUNDS):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = remesh(level, state).alternated(1.0, ROUNDS, BACKWARD_STEPS)
+            state = remesh(level, state).alternate(1.0, ROUNDS, BACKWARD_STEPS)
         except Stuck:
             break
         previous, best = best.value, min(best, state, key=lambda s: s.value)

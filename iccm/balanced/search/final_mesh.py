@@ -8,8 +8,8 @@ import numpy as np
 
 from ... import progress
 from ...arrays import Complex, Index, Real
+from ...options import Options
 from ..errors import OutOfTime, Stuck, check_time, first_success, successes
-from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.discrete_map import EASED, EASING_STEPS, DiscreteMap
 from ..model.energy import Energy
@@ -18,10 +18,10 @@ from ..model.mesh_map import MeshMap
 from ..model.metric import PLANES, Metrics
 from ..model.outline_split import split_at_vertices
 from ..model.retriangulation import flip_edges
-from ..model.settings import Settings, SolveLog
+from ..model.solution import SolveLog
 from . import pin_continuation
-from .levels import FINE_BACKWARD, FINE_POWER, FINE_ROUNDS, Level, refine
-from .unit_problem import UnitProblem
+from .levels import FINE_BACKWARD, FINE_POWER, FINE_ROUNDS, Level
+from .unit_problem import SolvedProblem, UnitProblem
 
 # With 1e-3, protrusions fold on the final mesh; with 3e-4, maps are not better.
 FINE_EXACTNESS = (2e-4, 6e-4)
@@ -69,12 +69,6 @@ measured, and the largest power assumed.
 """
 
 
-def meets_constraints(problem: UnitProblem, state: DiscreteMap) -> bool:
-    """Return whether a map meets all constraints."""
-    goals = state.inside.goals[state.inside.stroke_index < 0]
-    return (state.bound or not state.inside.z.size) and bool(np.all(goals == problem.pins[:, 1]))
-
-
 def has_fine_mesh(problem: UnitProblem, size: float) -> bool:
     """Return whether `fine_map` can build a mesh of this size; the map itself is not needed."""
     return not Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE).is_too_long
@@ -86,9 +80,9 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
     check_time()
     level = Level.of(problem, size, *FINE_EXACTNESS, STEEPEST_FINE)
     state = on_finer(level, state)
-    if problem.constrained and not meets_constraints(problem, state):
+    if problem.constrained and not SolvedProblem(problem, state).meets_constraints:
         state = pin_continuation.again(level, state)
-    state = state.alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = state.alternate(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD)
     journal.energies.append(state.value)
     return state
 
@@ -96,24 +90,20 @@ def fine_map(problem: UnitProblem, state: DiscreteMap, size: float, journal: Sol
 def on_finer(level: Level, state: MeshMap) -> DiscreteMap:
     """Return the map on the mesh of a finer level, with smaller triangles where it magnifies."""
     sizes = mesh_sizes.graded(state.z, state.u, state.faces, 0.5 * level.size**2)
-    return refine_pinned(level, state, sizes).relaxed()
+    return pin_continuation.refine_pinned(level, state, sizes).relax()
 
 
-def finish(
-    problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
-) -> MeshMap:
+def finish(problem: UnitProblem, state: MeshMap, journal: SolveLog, share: float = 1.0) -> MeshMap:
     """Return the map on the final mesh; unchanged if it folds there."""
     try:
-        return on_final_mesh(problem, state, settings, journal, share)
+        return on_final_mesh(problem, state, journal, share)
     except Stuck as error:
         if not isinstance(error, OutOfTime):
             journal.notes.append(FINEST_FOLDS)
         return state
 
 
-def on_final_mesh(
-    problem: UnitProblem, state: MeshMap, settings: Settings, journal: SolveLog, share: float = 1.0
-) -> DiscreteMap:
+def on_final_mesh(problem: UnitProblem, state: MeshMap, journal: SolveLog, share: float = 1.0) -> DiscreteMap:
     """Return the map on the final mesh, whose boundary has every vertex of both outlines.
 
     These vertices are inserted after the map has converged. If that folds, or raises the energy too much, the
@@ -128,7 +118,7 @@ def on_final_mesh(
         return problem.energy.between(map.z, map.u, map.material, map.metrics)
 
     def solved(smooth: bool) -> tuple[DiscreteMap, DiscreteMap]:
-        last = on_finer(final_level(problem, settings, share, smooth=smooth), state)
+        last = on_finer(final_level(problem, share, smooth=smooth), state)
         last = descend(last, FINE_POWER, journal)
         return eased(split_at_vertices(last) if smooth else last), last
 
@@ -143,13 +133,13 @@ def on_final_mesh(
     followed = follow_pins(sliding, lambda state: descend(state, FINE_POWER, journal))
     if followed is not sliding:
         best, sliding = eased(split_at_vertices(followed)), followed
-    if not settings.bounded:
+    if not problem.options.has_bounds:
         return best
 
     def bounded_before_split() -> DiscreteMap:  # with all vertices in the mesh, the outlines hardly slide
-        return flip_edges(split_at_vertices(meet_bounds(sliding, settings, journal)), FINE_POWER)
+        return flip_edges(split_at_vertices(meet_bounds(sliding, problem.options, journal)), FINE_POWER)
 
-    return meet_bounds(first_success(bounded_before_split, lambda: best), settings, journal)
+    return meet_bounds(first_success(bounded_before_split, lambda: best), problem.options, journal)
 
 
 def eased(state: DiscreteMap) -> DiscreteMap:
@@ -159,22 +149,26 @@ def eased(state: DiscreteMap) -> DiscreteMap:
     """
     # Steps use the metric at the vertices' present positions, so the outline is kept there.
     if state.metrics != PLANES:
-        return state.inside_moved(FINE_POWER, EASING_STEPS, EASED)
+        return state.move_inside(FINE_POWER, EASING_STEPS, EASED)
     state = flip_edges(state, FINE_POWER).forward(FINE_POWER, EASING_STEPS, EASED, corners=True)
     return flip_edges(state, FINE_POWER).backward(FINE_POWER, EASING_STEPS, EASED)
 
 
-def final_level(
-    problem: UnitProblem, settings: Settings, share: float = 1.0, *, smooth: bool = False
-) -> Level:
+def final_size(problem: UnitProblem, share: float = 1.0) -> float:
+    """Return the edge length of the final mesh of a problem that is this share of the given one, for area one."""
+    return float(np.sqrt(TRIANGLES_PER_AREA / (problem.triangles * share)))
+
+
+def final_level(problem: UnitProblem, share: float = 1.0, *, smooth: bool = False) -> Level:
     """Return the level of the final mesh, with all vertices of the outlines; see `Level.of` for `smooth`."""
-    size = np.sqrt(TRIANGLES_PER_AREA / (settings.triangles * share))
-    return Level.of(problem, size, 0.0, FINE_EXACTNESS[1] * smooth, STEEPEST_FINE, smooth=smooth)
+    return Level.of(
+        problem, final_size(problem, share), 0.0, FINE_EXACTNESS[1] * smooth, STEEPEST_FINE, smooth=smooth
+    )
 
 
 def meet_bounds(
     state: DiscreteMap,
-    settings: Settings,
+    options: Options,
     journal: SolveLog,
     decrease: float | None = None,
     *,
@@ -185,14 +179,14 @@ def meet_bounds(
     See `descend` for `decrease`, and `follow_pins` for `springs`.
     """
     return meet_bounds_by(
-        lambda state, q: descend(state, q, journal, decrease), state, settings, springs=springs
+        lambda state, q: descend(state, q, journal, decrease), state, options, springs=springs
     )
 
 
 def meet_bounds_by(
     descent: Callable[[DiscreteMap, float], DiscreteMap],
     state: DiscreteMap,
-    settings: Settings,
+    options: Options,
     scale: Callable[[DiscreteMap], float] = lambda state: 1.0,
     *,
     springs: Real | None = None,
@@ -207,15 +201,15 @@ def meet_bounds_by(
     Args:
         descent: Newton's method for a power q.
         state: the map to start from.
-        settings: options with the bounds.
+        options: the bounds.
         scale: returns the scale of a map, relative to which lengths are measured.
         springs: see `follow_pins`.
     """
     state = follow_pins(descent(state, FINE_POWER), lambda state: descent(state, FINE_POWER), springs=springs)
     closest, nearest, weights = state, np.inf, np.ones(len(state.faces))
-    bound = min(settings.max_dilatation or np.inf, (settings.max_stretch or np.inf) ** 2)
-    for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if settings.bounded else 0)):
-        over, least = _excesses_and_least(state, settings, scale(state))
+    bound = min(options.max_dilatation or np.inf, (options.max_stretch or np.inf) ** 2)
+    for _ in progress.counted("last map, bounds", range(BOUND_ROUNDS if options.has_bounds else 0)):
+        over, least = _excesses_and_least(state, options, scale(state))
         movable = np.where(least <= bound, over, 0)
         if movable.max() <= 1:
             return state
@@ -352,7 +346,7 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | N
         if previous - state.value < decrease * state.value:
             break
         previous = state.value
-        state = state.inside_moved(q, LAST_STEPS, decrease)
+        state = state.move_inside(q, LAST_STEPS, decrease)
         if state.settled and previous - state.value < decrease * previous:
             break
     journal.energies.append(state.value)
@@ -361,16 +355,9 @@ def descend(state: DiscreteMap, q: float, journal: SolveLog, decrease: float | N
     return state
 
 
-def refine_pinned(level: Level, state: MeshMap, sizes: Sizes) -> DiscreteMap:
-    """Return the map on a finer mesh, with pins as before."""
-    if isinstance(state, DiscreteMap) and state.bound and state.inside.z.size:
-        return pin_continuation.refine_pinned(level, state, sizes)
-    return refine(level, state, sizes)
-
-
-def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) -> tuple[Real, Real]:
+def _excesses_and_least(state: DiscreteMap, options: Options, scale: float) -> tuple[Real, Real]:
     """Return (m,) `excesses`, 0 in virtual triangles, and the smallest dilatations that the outlines' angles permit."""
-    over = excesses(state.z, state.u / scale, state.faces, settings, state.metrics)
+    over = excesses(state.z, state.u / scale, state.faces, options, state.metrics)
     if state.weights is not None:
         over[state.weights != 1] = 0
     if state.metrics != PLANES:
@@ -378,8 +365,8 @@ def _excesses_and_least(state: DiscreteMap, settings: Settings, scale: float) ->
     return over, least_dilatations(state.z, state.u, state.faces, state.border)
 
 
-def excesses(z: Complex, u: Complex, faces: Index, settings: Settings, metrics: Metrics = PLANES) -> Real:
+def excesses(z: Complex, u: Complex, faces: Index, options: Options, metrics: Metrics = PLANES) -> Real:
     """Return (m,) ratios of dilatation and stretch to their bounds; the bounds are met where these are at most 1."""
     dilatation, stretch, _ = stretches(z, u, faces, metrics)
-    bounds = (settings.max_dilatation or np.inf, settings.max_stretch or np.inf)
+    bounds = (options.max_dilatation or np.inf, options.max_stretch or np.inf)
     return np.maximum(dilatation / bounds[0], stretch / bounds[1])

@@ -7,8 +7,8 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ..model.boundary_pairs import HoleMatch, Match
-from ..model.frames import frame_of
 from ..model.outline import Outline
+from ..model.unit_coordinates import unit_similarity
 from . import initial_matches
 
 # Cost of a pair: the squared distance of the centroids in radii of gyration, plus SIZE times the squared
@@ -47,30 +47,32 @@ class Partners:
             self.cost[i, j] -= WISHED
         self._matches: dict[tuple[int, int, int], Match] = {}
 
-    def assigned(self, turn: float) -> tuple[Index, Index]:
+    def assigned(self, rotation: float) -> tuple[Index, Index]:
         """Return the pairs of holes with the least total cost at a rotation, as many as the smaller side has holes."""
         from scipy.optimize import linear_sum_assignment
 
         sources, targets = self.middles
-        apart = np.abs(sources[:, None] * np.exp(1j * turn) - targets) ** 2
+        apart = np.abs(sources[:, None] * np.exp(1j * rotation) - targets) ** 2
         return linear_sum_assignment(apart + self.cost)
 
     def of(self, match: Match) -> Match:
         """Return the match of the outer outlines with the matches of holes at its rotation."""
-        turn = initial_matches.implied_turn(match, *self.outer)
-        holes = (HoleMatch(int(i), int(j), self._match(i, j, turn)) for i, j in zip(*self.assigned(turn)))
+        rotation = initial_matches.implied_rotation(match, *self.outer)
+        holes = (
+            HoleMatch(int(i), int(j), self._match(i, j, rotation)) for i, j in zip(*self.assigned(rotation))
+        )
         return match._replace(holes=tuple(holes))
 
-    def _match(self, i: int, j: int, turn: float) -> Match:
-        key = int(i), int(j), round(turn / ROTATION_STEP_RADIANS)
+    def _match(self, i: int, j: int, rotation: float) -> Match:
+        key = int(i), int(j), round(rotation / ROTATION_STEP_RADIANS)
         if key not in self._matches:
             if (prescribed := self.prescribed(key[0], key[1])) is not None:
                 return prescribed
             source, target = self.holes[0][i], self.holes[1][j]
-            unit_source = Curve(frame_of(source)(source.z))
-            unit_target = Curve(frame_of(target)(target.z))
-            turn = key[2] * ROTATION_STEP_RADIANS
-            best = next(initial_matches.elastic_matches(unit_source, unit_target, turn))
+            unit_source = Curve(unit_similarity(source)(source.z))
+            unit_target = Curve(unit_similarity(target)(target.z))
+            rotation = key[2] * ROTATION_STEP_RADIANS
+            best = next(initial_matches.elastic_matches(unit_source, unit_target, rotation))
             self._matches[key] = _scale(best, source.length, target.length)
         return self._matches[key]
 
@@ -83,7 +85,7 @@ def _scale(match: Match, length: float, goal: float) -> Match:
 
 def middle_of(curve: Curve) -> complex:
     """Return the centroid of the inside of a closed curve."""
-    return frame_of(curve).centre
+    return unit_similarity(curve).centre
 
 
 def gyration(curve: Curve) -> float:

@@ -78,22 +78,23 @@ def best_path(best: Real, gains: Real) -> tuple[Index, Index]:
         gains: (k, n + 1, n + 1) for the same shift.
     """
     i = j = gains.shape[1] - 1
-    path, wide = [(i, j)], len(best)
-    best, offsets = best.ravel(), (LONGEST - STEPS) @ [wide, 1]
+    path = [(i, j)]
     while i > 0:
-        step = (best[offsets + (i * wide + j)] + gains[:, i, j]).argmax()
+        # steps from before the first row or column come from the padding, whose scores are -inf
+        before = best[LONGEST + i - STEPS[:, 0], LONGEST + j - STEPS[:, 1]]
+        step = (before + gains[:, i, j]).argmax()
         i, j = i - int(STEPS[step, 0]), j - int(STEPS[step, 1])
         path.append((i, j))
     rows, columns = np.array(path[::-1]).T
     return rows, columns
 
 
-def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
+def _samples(curve: Curve) -> tuple[Complex, Complex]:
     """Return (OUTLINE_SAMPLES,) unit tangents and midpoints of equal pieces of a closed curve.
 
     The curve's centroid should be 0; the midpoints are in units of the radius of gyration.
     """
-    s = offset + curve.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
+    s = curve.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     start, end = curve.at(s), curve.at(s + curve.length / OUTLINE_SAMPLES)
     reach = TANGENT_CHORD_SHARE * curve.length
     chord = curve.at(s + curve.length / OUTLINE_SAMPLES + reach) - curve.at(s - reach)
@@ -101,9 +102,9 @@ def _samples(curve: Curve, offset: float = 0.0) -> tuple[Complex, Complex]:
     return chord / np.maximum(np.abs(chord), 1e-12), middle / np.sqrt(np.mean(np.abs(middle) ** 2))
 
 
-def elastic_matches(source: Curve, target: Curve, turn: float) -> Iterator[Match]:
-    """Yield elastic matches of the source, rotated by `turn` radians, with the target, best first."""
-    tangents, middles = (np.exp(1j * turn) * w for w in _samples(source))
+def elastic_matches(source: Curve, target: Curve, rotation: float) -> Iterator[Match]:
+    """Yield elastic matches of the source, rotated by `rotation` radians, with the target, best first."""
+    tangents, middles = (np.exp(1j * rotation) * w for w in _samples(source))
     goals, places = _samples(target)
     angles = (tangents[:, None] * goals.conj()).real
     score = angles - POSITION_WEIGHT * np.abs(middles[:, None] - places) ** 2
@@ -145,12 +146,12 @@ class Different:
 
 
 def candidates(
-    source: Curve, target: Curve, turns: tuple[tuple[float, int], ...], times: int = 1
+    source: Curve, target: Curve, rotations: tuple[tuple[float, int], ...], times: int = 1
 ) -> list[Match]:
     """Return elastic matches at several rotations, and shifts of the arclength; `times` as many as usual."""
     distinct = Different(source, target)
-    for turn, count in turns:
-        first_new(distinct, elastic_matches(source, target, turn), times * count)
+    for rotation, count in rotations:
+        first_new(distinct, elastic_matches(source, target, rotation), times * count)
     return distinct.matches + arclength_matches(source, target, times * ARCLENGTH_SHIFTS)
 
 
@@ -163,7 +164,7 @@ def first_new(distinct: Different, matches: Iterator[Match], count: int) -> None
             return
 
 
-def implied_turn(match: Match, source: Curve, target: Curve) -> float:
+def implied_rotation(match: Match, source: Curve, target: Curve) -> float:
     """Return the rotation in radians of the similarity that fits a match best."""
     s = source.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     return float(np.angle(np.sum(source.at(s).conj() * target.at(match.at(s)))))
@@ -171,4 +172,4 @@ def implied_turn(match: Match, source: Curve, target: Curve) -> float:
 
 def without_upside_down(matches: list[Match], source: Curve, target: Curve) -> list[Match]:
     """Return the matches that do not turn the picture upside down."""
-    return [match for match in matches if abs(implied_turn(match, source, target)) < MOST_TURNED]
+    return [match for match in matches if abs(implied_rotation(match, source, target)) < MOST_TURNED]

@@ -115,7 +115,7 @@ class Level:
         """
         mesh_spacing = SPACING_MESH_SIZES * size
         spacing = mesh_spacing if smooth else np.inf
-        (holes, goal_holes), (always, always_target) = problem.holes, problem.fixed_vertices
+        (holes, goal_holes), (always, always_target) = problem.holes.sides, problem.fixed_vertices
         detail = fineness, corner_fineness
         source, *rims = outlines_of(problem.source, holes, *detail, always, spacing)
         target, *goals = outlines_of(problem.target, goal_holes, *detail, always_target, spacing)
@@ -233,7 +233,7 @@ class Level:
         """
         check_time()
         try:
-            return self.mapped(match).unfolded()
+            return self.mapped(match).unfold_from_harmonic()
         except Stuck:
             if (
                 len(match.holes) != max(map(len, self.holes))
@@ -242,7 +242,7 @@ class Level:
                 or self.bays
             ):
                 raise
-        return self.inverse().mapped(match.inverse()).unfolded().swap_sides()
+        return self.inverse().mapped(match.inverse()).unfold_from_harmonic().swap_sides()
 
     def alone(self, partnered: Sequence[HoleMatch | Loop]) -> list[int]:
         """Return the holes of the source without a partner."""
@@ -278,7 +278,7 @@ def initial_maps(level: Level, matches: list[Match]) -> list[DiscreteMap]:
     states: list[DiscreteMap] = []
     vertices = tangled = 0
     for match in progress.counted("starts", matches):
-        if states and vertices > MOST_START_VERTICES * level.problem.starts:
+        if states and vertices > MOST_START_VERTICES * level.problem.options.effort:
             break
         if level.problem.cut_out and not states and tangled == MOST_TANGLED_AROUND_REGIONS:
             break
@@ -348,9 +348,9 @@ def refine(level: Level, state: MeshMap, sizes: Sizes | None = None, *, only: in
     fine = interpolate_on(level, state, sizes)
     weighed = bool(level.bays)
     attempts = (
-        lambda: fine.unfolded(harmonic=False, steps=only or STEPS, weighed=weighed),
-        lambda: fine.unfolded(),
-        lambda: fine.unfolded(harmonic=False, steps=PATIENT_STEPS, weighed=weighed),
+        lambda: fine.unfold_locally(steps=only or STEPS, weighed=weighed),
+        lambda: fine.unfold_from_harmonic(),
+        lambda: fine.unfold_locally(steps=PATIENT_STEPS, weighed=weighed),
     )
     return first_success(*(attempts[:1] if only else attempts))
 
@@ -361,4 +361,4 @@ def interpolate_on(level: Level, state: MeshMap, sizes: Sizes | None = None) -> 
     if state.bound:
         # Unmet goals are kept.
         fine = replace(fine, bound=True, inside=fine.inside.with_pins_of(state.inside))
-    return fine.moved_to_border(interpolate(state.z, state.faces, state.u, fine.z))
+    return fine.move_to_border(interpolate(state.z, state.faces, state.u, fine.z))

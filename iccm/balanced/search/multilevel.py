@@ -11,40 +11,37 @@ from ...drawings.cost import LOST_POINT_ENERGY
 from ...maps.triangulated.map import TriangulatedMap
 from ...plane import rotation
 from ..constraints.soft import MOST_LIMIT_RATIO
-from ..constraints.validate import UNPINNED, Pins, with_points
+from ..constraints.validate import with_points
 from ..errors import NoMapError, OutOfTime, Stuck, check_time, first_success, successes
-from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import DiscreteMap
-from ..model.energy import Energy
 from ..model.mesh_map import MeshMap
 from ..model.metric import PLANES
 from ..model.outline import manageable
-from ..model.settings import Settings, SolveLog
+from ..model.solution import SolveLog
 from . import initial_matches, pin_continuation, warm_start
 from .candidates import HOPELESS, best_of, screen
 from .final_mesh import (
     FINE_EXACTNESS,
     FINEST_FOLDS,
     STEEPEST_FINE,
-    TRIANGLES_PER_AREA,
     final_level,
+    final_size,
     fine_map,
     finish,
     has_fine_mesh,
     meet_bounds,
-    meets_constraints,
     on_final_mesh,
     with_present_springs,
 )
 from .hole_partners import Partners
 from .levels import Level, initial_maps
-from .partial import bay_choices, cost, with_bays, with_bays_like
-from .rounding import restore_outline, rounded, rounded_with_pins
+from .partial import bay_choices, with_bays, with_bays_like
+from .rounding import restore_outline, rounded
 from .similarity import similar_with_holes, similarity
 from .symmetry import Half, half_of, mirror
-from .unit_problem import UnitProblem
+from .unit_problem import SolvedProblem, UnitProblem
 
 COARSE_MESH_SIZE, FINE_MESH_SIZE, FINER_MESH_SIZE = 0.1, 0.05, 0.04
 """Mesh sizes h for domains of area one; 0.08 and 0.03 resulted in maps within 1 % of those with 0.1 and 0.04.
@@ -59,7 +56,9 @@ SMALLER = (1.0, 0.5)  # factors of the mesh sizes; smaller sizes are tried if la
 COARSE_EXACTNESS = (5e-4, 6e-3)  # fineness of the outlines and of the corners, relative to the diagonal
 STEEPEST = 8.0  # largest slope of a match that a coarse mesh follows, relative to the mean
 SYMMETRIC_ENOUGH = 0.1  # relative to the tolerance: asymmetry that may be ignored
-SYMMETRY_WORTH = 1.03  # cost relative to the best map, up to which a symmetric map is preferred
+SYMMETRY_WORTH = 1.15
+"""Cost relative to the best map, up to which a symmetric map is preferred: people see at once that one leans, but not
+that a tenth of the distortion is saved."""
 USELESS_ENERGY = HOPELESS * LOST_POINT_ENERGY
 """Energy from which a coarse map with pins is useless: on average, lengths change 50 times as much in one
 direction as in the other.
@@ -70,17 +69,14 @@ converged: with 4, the energy of a map onto a moved outline was 1000 times that 
 """
 NO_MAP = "no map without folds was found: the shapes are too thin or too intricate for the mesh sizes tried"
 SIMILAR = "The shapes are similar: the map is the similarity."
-ASKEW = "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy."
-
-SolvedProblem = tuple[UnitProblem, DiscreteMap]  # a problem, or its inverse, and a map of it
+ASKEW = (
+    "The shapes are symmetric, the map is not: no symmetric one without folds costs as little energy. A pin from one "
+    "axis to the other, inside the shapes, may lead to a symmetric one."
+)
 
 
 def constrained_map(
-    source: Curve,
-    target: Curve,
-    holes: Holes,
-    pins: Pins,
-    settings: Settings,
+    given: UnitProblem,
     journal: SolveLog,
     start: MeshMap | None = None,
     *,
@@ -90,11 +86,7 @@ def constrained_map(
     """Return the map in unit coordinates that meets pins and strokes, and whether it does.
 
     Args:
-        source: outline of the source.
-        target: outline of the target.
-        holes: of both.
-        pins: pins and strokes.
-        settings: options of the map.
+        given: the problem with its outlines as they are.
         journal: collects energies and notes.
         start: an earlier map to start from.
         remesh: whether to solve on a new mesh in any case.
@@ -103,87 +95,66 @@ def constrained_map(
     Raises:
         NoMapError: none without folds was found.
     """
-    points = np.concatenate([pins.inner, pins.outer]).T
+    points = np.concatenate([given.pins, given.outline_pins]).T
     exact_outlines = [
         [outer.z, *(hole.z for hole in inner), side]
-        for outer, inner, side in zip((source, target), holes.sides, points)
+        for outer, inner, side in zip((given.source, given.target), given.holes.sides, points)
     ]
-    if start is None and not settings.bounded:
-        source, target = (with_points(c, side) for c, side in zip((source, target), pins.outer.T))
-        source, target, holes, pins = rounded_with_pins(source, target, holes, pins)
-    problem = problem_of(source, target, holes, pins, settings, None if remesh else start)
-    # With other sizes, material has to move past corners.
-    slides = remesh and settings.metric is not None
-    slides = slides or (outlines_moved and settings.energy.balance <= SLIDING_BALANCE)
-    # The target's holes are filled, in the inverse problem.
-    if start is not None and len(problem.holes[0]) < len(problem.holes[1]):
-        inverse_map, constraints_met = solve_from(
-            problem.inverse(), start.inverse(), settings, journal, slides=slides
+    if start is None and not given.options.has_bounds:
+        source, target = (
+            with_points(curve, side)
+            for curve, side in zip((given.source, given.target), given.outline_pins.T)
         )
+        given = rounded(given._replace(source=source, target=target))
+    problem = simplified(given, None if remesh else start)
+    # With other sizes, material has to move past corners.
+    slides = remesh and given.metrics[0] is not None
+    slides = slides or (outlines_moved and given.energy.balance <= SLIDING_BALANCE)
+    # The target's holes are filled, in the inverse problem.
+    if start is not None and len(problem.holes.source) < len(problem.holes.target):
+        inverse_map, constraints_met = solve_from(problem.inverse(), start.inverse(), journal, slides=slides)
         # Else solve from scratch: the triangles that fill holes are not in the earlier map, and may be in the
         # way.
         if constraints_met:
             return inverse_map.inverse(), constraints_met
     elif start is not None:
-        return solve_from(problem, start, settings, journal, slides=slides)
-    used, solution = coarse_to_fine(problem, journal)
-    for filled in bay_choices(problem, settings):
+        return solve_from(problem, start, journal, slides=slides)
+    best = coarse_to_fine(problem, journal)
+    for filled in bay_choices(problem):
         log = SolveLog()
         try:
             covering = coarse_to_fine(filled, log)
         except NoMapError:
             continue
-        if meets_constraints(*covering) and cost(*covering) < cost(used, solution):
-            used, solution = covering
+        if covering.meets_constraints and covering.cost < best.cost:
+            best = covering
             journal.add(log)
-    state = whole_map(used, solution, settings, journal)
-    return restore_outline(state, *exact_outlines), meets_constraints(used, solution)
+    return restore_outline(whole_map(*best, journal), *exact_outlines), best.meets_constraints
 
 
-def problem_of(
-    source: Curve, target: Curve, holes: Holes, pins: Pins, settings: Settings, start: MeshMap | None = None
-) -> UnitProblem:
-    """Return the problem in unit coordinates, with vertices at the pins on its outlines.
+def simplified(given: UnitProblem, start: MeshMap | None = None) -> UnitProblem:
+    """Return the problem with its outlines simplified to the tolerance, with vertices at the pins on them.
 
-    The outlines are those of the earlier map `start` if it follows the given ones. Rotations cost nothing if
-    pins determine the rotation.
+    The outlines are those of the earlier map `start` if it follows the given ones.
     """
-    followed_outlines = None
+    source, target, sides, tolerance = given.source, given.target, given.holes.sides, given.options.tolerance
     if start is not None:
-        followed_outlines = warm_start.outlines_followed(start, source, target, holes, settings.tolerance)
-    if followed_outlines is not None:
-        (source, target, holes), settings = followed_outlines, replace(settings, tolerance=0.0)
-    ends = tuple(pins.outer[:, 0].tolist()), tuple(pins.outer[:, 1].tolist())
+        followed = warm_start.outlines_followed(start, given)
+        if followed is not None:
+            (source, target, sides), tolerance = followed, 0.0
     source, target = (
-        manageable(with_points(c, points), settings.tolerance, anchors)
-        for c, points, anchors in zip((source, target), pins.outer.T, ends)
+        manageable(with_points(curve, points), tolerance, anchors)
+        for curve, points, anchors in zip((source, target), given.outline_pins.T, given.anchors)
     )
     rims, goals = (
-        tuple(manageable_holes(outline, inner, settings.tolerance))
-        for outline, inner in zip((source, target), holes.sides)
+        tuple(manageable_holes(outline, inner, tolerance)) for outline, inner in zip((source, target), sides)
     )
-    return UnitProblem(
-        source,
-        target,
-        energy_of(settings, pins),
-        ends,
-        pins=pins.inner,
-        strokes=pins.strokes,
-        holes=(rims, goals),
-        partners=holes.partners,
-        metrics=(settings.metric, None),
-        starts=settings.starts,
-    )
-
-
-def energy_of(settings: Settings, pins: Pins) -> Energy:
-    """Return the energy, without the cost of rotation if rotation is left to the shapes or determined by pins."""
-    free = settings.turn is None or pins.count + settings.energy.pin_count > 1 or bool(pins.strokes)
-    return settings.energy.without_rotation() if free else settings.energy
+    holes = given.holes._replace(source=rims, target=goals)
+    return given._replace(source=source, target=target, holes=holes)
 
 
 def solve_from(
-    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog, *, slides: bool = False
+    problem: UnitProblem, start: MeshMap, journal: SolveLog, *, slides: bool = False
 ) -> tuple[DiscreteMap, bool]:
     """Return the map that starts from an earlier one, and whether it meets all constraints.
 
@@ -196,30 +167,28 @@ def solve_from(
     """
 
     def slid() -> DiscreteMap:
-        state = warm_start.slide_anew(final_level(problem, settings, smooth=True), start)
-        return meet_bounds(state, settings, journal)
+        state = warm_start.slide_anew(final_level(problem, smooth=True), start)
+        return meet_bounds(state, problem.options, journal)
 
     def kept() -> DiscreteMap:
-        return _with_kept_outlines(problem, start, settings, journal)
+        return _with_kept_outlines(problem, start, journal)
 
     state = first_success(slid, kept) if slides else kept()
-    return state, meets_constraints(problem, state)
+    return state, SolvedProblem(problem, state).meets_constraints
 
 
-def _with_kept_outlines(
-    problem: UnitProblem, start: MeshMap, settings: Settings, journal: SolveLog
-) -> DiscreteMap:
+def _with_kept_outlines(problem: UnitProblem, start: MeshMap, journal: SolveLog) -> DiscreteMap:
     """Return the map that starts from an earlier one and from its correspondence of the outlines.
 
     Raises:
         NoMapError: the earlier map cannot be transferred to these outlines without folds.
     """
-    level = final_level(problem, settings)
+    level, options = final_level(problem), problem.options
     same_mesh_map = warm_start.met_on_its_mesh(level, start)
     if (
         same_mesh_map is not None
-        and settings.keep_start
-        and not settings.bounded
+        and options.keep_start
+        and not options.has_bounds
         and _meets_soft_pins(same_mesh_map)
     ):
         journal.energies.append(
@@ -229,7 +198,7 @@ def _with_kept_outlines(
         )
         return same_mesh_map
     # with other sizes, or pins that may have moved, the map has to change
-    at_rest = same_mesh_map is not None and settings.metric is None and settings.energy.pins is None
+    at_rest = same_mesh_map is not None and problem.metrics == PLANES and problem.energy.pins is None
     decrease = warm_start.AT_REST_DECREASE if at_rest else None
     try:
         state = same_mesh_map or warm_start.continue_from(level, start)
@@ -238,7 +207,7 @@ def _with_kept_outlines(
     springs = None if state.energy.pins is None else state.energy.pins.springs
     if same_mesh_map is not None:
         state, _ = with_present_springs(state)
-    return meet_bounds(state, settings, journal, decrease, springs=springs)
+    return meet_bounds(state, options, journal, decrease, springs=springs)
 
 
 def _meets_soft_pins(state: DiscreteMap) -> bool:
@@ -251,74 +220,66 @@ def _meets_soft_pins(state: DiscreteMap) -> bool:
     return bool((np.abs(map(pins.source) - pins.target) <= MOST_LIMIT_RATIO * pins.limits).all())
 
 
-def free_map(
-    source: Curve,
-    target: Curve,
-    holes: Holes,
-    settings: Settings,
-    journal: SolveLog,
-    begun: SolvedProblem | None = None,
-) -> MeshMap:
-    """Return the map in unit coordinates.
+def free_map(given: UnitProblem, journal: SolveLog, begun: SolvedProblem | None = None) -> MeshMap:
+    """Return the map in unit coordinates of a problem without exact pins and strokes.
 
     Args:
-        source: outline of the source.
-        target: outline of the target.
-        holes: of both.
-        settings: options of the map.
+        given: the problem with its outlines as they are.
         journal: collects energies and notes.
         begun: a coarse map of this problem or of its inverse, with concavities filled if the map is to have them, which
-            is refined; None to search for one, with concavities filled if `settings.fit` asks for that and it costs
+            is refined; None to search for one, with concavities filled if the option `fit` asks for that and it costs
             less.
 
     Raises:
         NoMapError: none without folds was found.
     """
-    problem = problem_of(source, target, holes, UNPINNED, settings)
-    match = find_similarity(source, target, problem, settings)
+    problem = simplified(given)
+    match = find_similarity(given, problem)
     if match is not None:
         journal.notes.append(SIMILAR)
-        return similarity_map(problem, match, settings)
-    exact_outlines = [[c.z for c in side] for side in ((source, *holes.source), (target, *holes.target))]
-    if not settings.bounded:  # restored outlines might exceed bounds again
-        source, target, holes = rounded(source, target, holes)
-    problem = problem_of(source, target, holes, UNPINNED, settings)
-    begun = begun or cheapest_filled(problem, settings)
-    uneven = settings.turn != 0 or problem.holed or settings.metric is not None
-    uneven = uneven or not settings.energy.is_mirror_symmetric
-    halves = (None, None) if uneven else (half_of(source), half_of(target))
+        return similarity_map(problem, match)
+    exact_outlines = [
+        [curve.z for curve in (outer, *inner)]
+        for outer, inner in zip((given.source, given.target), given.holes.sides)
+    ]
+    if not given.options.has_bounds:  # restored outlines might exceed bounds again
+        given = rounded(given)
+    problem = simplified(given)
+    begun = begun or cheapest_filled(problem)
+    uneven = given.options.rotation != 0 or problem.holed or problem.metrics != PLANES
+    uneven = uneven or not problem.energy.is_mirror_symmetric
+    halves = (None, None) if uneven else (half_of(given.source), half_of(given.target))
     if halves[0] and halves[1]:
-        state = solve_symmetric(problem, (halves[0], halves[1]), settings, journal, begun)
+        state = solve_symmetric(problem, (halves[0], halves[1]), journal, begun)
     else:
-        state = whole_map(*coarse_to_fine(problem, journal, begun=begun), settings, journal)
+        state = whole_map(*coarse_to_fine(problem, journal, begun=begun), journal)
     return restore_outline(state, *exact_outlines)
 
 
-def cheapest_filled(problem: UnitProblem, settings: Settings) -> SolvedProblem | None:
-    """Return the cheapest coarse map of the problem as it is, and with concavities filled as `settings.fit` asks.
+def cheapest_filled(problem: UnitProblem) -> SolvedProblem | None:
+    """Return the cheapest coarse map of the problem as it is, and with concavities filled as the option `fit` asks.
 
     None if the fit fills none, or no such map is found.
     """
-    filled = bay_choices(problem, settings)
+    filled = bay_choices(problem)
     candidates = [directions(problem)[0], *filled] if filled else []
 
     def solved(used: UnitProblem) -> SolvedProblem:
-        return used, coarse_map(used, coarse_size(used), SolveLog())
+        return SolvedProblem(used, best_of_starts(used, coarse_size(used), SolveLog()))
 
     found = successes(partial(solved, used) for used in candidates)
-    return min(found, key=lambda candidate: cost(*candidate), default=None)
+    return min(found, key=lambda candidate: candidate.cost, default=None)
 
 
-def whole_map(used: UnitProblem, fine_map: MeshMap, settings: Settings, journal: SolveLog) -> MeshMap:
+def whole_map(used: UnitProblem, state: MeshMap, journal: SolveLog) -> MeshMap:
     """Return the map on the final mesh, from the result of `coarse_to_fine`, in the direction of the given problem."""
-    state = finish(used, fine_map, settings, journal)
+    state = finish(used, state, journal)
     return state.inverse() if used.inverted else state
 
 
 def solve_symmetric(
     problem: UnitProblem,
     halves: tuple[Half, Half],
-    settings: Settings,
     journal: SolveLog,
     begun: SolvedProblem | None = None,
 ) -> MeshMap:
@@ -331,14 +292,14 @@ def solve_symmetric(
     """
     free = None
     half_log, free_log = SolveLog(), SolveLog()
-    right = half_problem(problem, halves, settings)
+    right = half_problem(problem, halves)
     if begun is not None:
-        right = with_bays_like(right, begun[0]) or right
+        right = with_bays_like(right, begun.problem) or right
     half = next(successes([partial(coarse_to_fine, right, half_log, share=0.5)]), None)
-    most = np.inf if half is None else cost(*half) / SYMMETRY_WORTH
+    most = np.inf if half is None else half.cost / SYMMETRY_WORTH
     # No map has an energy below 1. A map without a fine mesh is not better than a map of halves with one.
     has_no_mesh = not any(has_fine_mesh(used, fine_size(used)) for used in directions(problem))
-    only_half = half is not None and (has_no_mesh or bool(half[0].bays))
+    only_half = half is not None and (has_no_mesh or bool(half.problem.bays))
     if most > 1 and not only_half:
         try:
             free = coarse_to_fine(problem, free_log, begun=begun)
@@ -348,7 +309,7 @@ def solve_symmetric(
 
     def symmetric() -> MeshMap:
         assert half is not None
-        map = mirrored_half_map(problem, halves, *half, settings, half_log, unfinished=has_no_mesh)
+        map = mirrored_half_map(problem, halves, *half, half_log, unfinished=has_no_mesh)
         journal.add(half_log)
         return map
 
@@ -356,9 +317,9 @@ def solve_symmetric(
         journal.add(free_log)
         whole = free or coarse_to_fine(problem, journal, begun=begun)
         journal.notes.append(ASKEW)
-        return whole_map(*whole, settings, journal)
+        return whole_map(*whole, journal)
 
-    is_symmetric = half is not None and (free is None or cost(*free) >= most)
+    is_symmetric = half is not None and (free is None or free.cost >= most)
     return first_success(symmetric, askew) if is_symmetric else askew()
 
 
@@ -391,7 +352,7 @@ class Attempt(NamedTuple):
             Stuck: every start folds.
         """
         if self.begun is None:
-            return coarse_map(self.problem, self.coarse_size, journal, self.exactness)
+            return best_of_starts(self.problem, self.coarse_size, journal, self.exactness)
         journal.energies.append(self.begun.value)
         return self.begun
 
@@ -464,24 +425,26 @@ def coarse_to_fine(
                 continue
             try:
                 if attempt.fine_size is None:
-                    return closest or (attempt.problem, attempt.coarse(journal))
-                solved = attempt.problem, attempt.coarse(journal)
+                    return closest or SolvedProblem(attempt.problem, attempt.coarse(journal))
+                solved = SolvedProblem(attempt.problem, attempt.coarse(journal))
                 unrefined.append(solved)
-                if closest is not None and not meets_constraints(*solved):
+                if closest is not None and not solved.meets_constraints:
                     continue
-                refined = attempt.problem, fine_map(*solved, attempt.fine_size, journal)
+                refined = SolvedProblem(attempt.problem, fine_map(*solved, attempt.fine_size, journal))
             except OutOfTime:
                 if closest or unrefined:
                     return closest or unrefined[-1]
                 continue  # to the check of the time
             except Stuck:
                 continue
-            if meets_constraints(*refined):
+            if refined.meets_constraints:
                 return refined
             closest = closest or refined
-        too_stretched = problem.constrained and all(state.value > USELESS_ENERGY for _, state in unrefined)
+        too_stretched = problem.constrained and all(
+            solved.state.value > USELESS_ENERGY for solved in unrefined
+        )
         if unrefined and too_stretched and closest is None:
-            return min(unrefined, key=lambda solved: (not meets_constraints(*solved), cost(*solved)))
+            return min(unrefined, key=lambda solved: (not solved.meets_constraints, solved.cost))
     if closest is None:
         raise NoMapError(NO_MAP)
     return closest
@@ -509,20 +472,20 @@ def directions(problem: UnitProblem) -> tuple[UnitProblem, ...]:
     if problem.bays:
         return (problem,)
     inverse = problem.inverse()
-    surplus = len(problem.holes[0]) - len(problem.holes[1])
+    surplus = len(problem.holes.source) - len(problem.holes.target)
     if surplus:
         return (problem if surplus > 0 else inverse,)
     longer = problem.target.length > problem.source.length and not (problem.constrained or problem.holed)
     return (inverse, problem) if longer else (problem, inverse)
 
 
-def half_problem(problem: UnitProblem, halves: tuple[Half, Half], settings: Settings) -> UnitProblem:
+def half_problem(problem: UnitProblem, halves: tuple[Half, Half]) -> UnitProblem:
     """Return the problem of the right halves, of area one, with the ends of their axes pinned."""
     curves = [Curve(half.curve.z / np.sqrt(half.curve.area)) for half in halves]
     anchors = [(complex(c.z[0]), complex(c.z[half.top])) for c, half in zip(curves, halves)]
-    simple, goal = (manageable(c, settings.tolerance, a) for c, a in zip(curves, anchors))
+    simple, goal = (manageable(c, problem.options.tolerance, a) for c, a in zip(curves, anchors))
     ends, energy = (anchors[0], anchors[1]), problem.energy.without_rotation().of_part(0.5)
-    return UnitProblem(simple, goal, energy, ends, halved=True, starts=settings.starts)
+    return UnitProblem(simple, goal, energy, problem.options, ends, halved=True, triangles=problem.triangles)
 
 
 def mirrored_half_map(
@@ -530,7 +493,6 @@ def mirrored_half_map(
     halves: tuple[Half, Half],
     used: UnitProblem,
     half: DiscreteMap,
-    settings: Settings,
     journal: SolveLog,
     *,
     unfinished: bool = False,
@@ -542,10 +504,10 @@ def mirrored_half_map(
     Raises:
         Stuck: it folds on the final mesh, unless `unfinished`, in which case it is returned on the mesh before.
     """
-    exact = max(side.asymmetry for side in halves) < SYMMETRIC_ENOUGH * settings.tolerance
+    exact = max(side.asymmetry for side in halves) < SYMMETRIC_ENOUGH * problem.options.tolerance
     if exact:
         try:
-            half = on_final_mesh(used, half, settings, journal, share=0.5)
+            half = on_final_mesh(used, half, journal, share=0.5)
         except OutOfTime:
             pass
         except Stuck:
@@ -561,14 +523,12 @@ def mirrored_half_map(
         u=sketch.u * np.sqrt(target_half.curve.area) + target_half.axis,
     )
     if used.bays and not exact:
-        return whole_map(
-            with_bays(problem.inverse() if used.inverted else problem), sketch, settings, journal
-        )
+        return whole_map(with_bays(problem.inverse() if used.inverted else problem), sketch, journal)
     sketch = sketch.inverse() if used.inverted else sketch
-    return sketch if exact else finish(problem, sketch, settings, journal)
+    return sketch if exact else finish(problem, sketch, journal)
 
 
-def coarse_map(
+def best_of_starts(
     problem: UnitProblem,
     size: float,
     journal: SolveLog,
@@ -596,7 +556,7 @@ def coarse_map(
         matches = matches + pin_continuation.pin_aligned_matches(level, problem.energy.pins.pairs)
     if problem.constrained:
         return pin_continuation.coarse(level, matches, journal)
-    states = screen(initial_maps(level, matches), problem.starts)
+    states = screen(initial_maps(level, matches), problem.options.effort)
     if states and states[0].value > most:
         raise NoMapError("all maps found are stretched too much")
     best = best_of(level, states)
@@ -610,11 +570,11 @@ def correspondences(level: Level) -> list[Match]:
     curves = level.source.curve, level.target.curve
     free = problem.energy.upright == 0 and level.anchors is None
     turns = initial_matches.ANY_TURN if free else initial_matches.TURNS
-    matches = initial_matches.candidates(*curves, turns, problem.starts)
+    matches = initial_matches.candidates(*curves, turns, problem.options.effort)
     if problem.holed:
         return with_partners(level, matches)
     if problem.halved:  # arclength cannot be shifted, since the ends are pinned
-        return matches[: 1 - problem.starts * initial_matches.ARCLENGTH_SHIFTS]
+        return matches[: 1 - problem.options.effort * initial_matches.ARCLENGTH_SHIFTS]
     if problem.energy.upright > 0 and not problem.constrained:
         return initial_matches.without_upside_down(matches, *curves) or matches
     return matches
@@ -622,29 +582,27 @@ def correspondences(level: Level) -> list[Match]:
 
 def with_partners(level: Level, matches: list[Match]) -> list[Match]:
     """Return the matches with matches of holes."""
-    partners = Partners(*level.domains, level.problem.partners, level.prescribed_match)
+    partners = Partners(*level.domains, level.problem.holes.partners, level.prescribed_match)
     return [partners.of(match) for match in matches]
 
 
-def find_similarity(source: Curve, target: Curve, problem: UnitProblem, settings: Settings) -> Match | None:
+def find_similarity(given: UnitProblem, problem: UnitProblem) -> Match | None:
     """Return the correspondence of similar domains, whose similarity has the least energy; None if there is none.
 
     Args:
-        source: outline of the source, in unit coordinates.
-        target: outline of the target.
-        problem: the problem of both.
-        settings: options of the map.
+        given: the problem with its outlines as they are.
+        problem: the same with simplified outlines.
     """
-    if (settings.metric and not settings.metric.keeps_sizes) or settings.energy.pins or settings.energy.terms:
+    metric, energy = problem.metrics[0], problem.energy
+    if (metric and not metric.keeps_sizes) or energy.pins or energy.terms:
         return None  # other maps may have less energy
-    match = similarity(source, target, turns=settings.turn is None)
+    match = similarity(given.source, given.target, rotates=problem.options.rotation is None)
     return None if match is None else similar_with_holes(problem, match)
 
 
-def similarity_map(problem: UnitProblem, match: Match, settings: Settings) -> MeshMap:
+def similarity_map(problem: UnitProblem, match: Match) -> MeshMap:
     """Return the similarity as a map on the final mesh."""
-    size = np.sqrt(TRIANGLES_PER_AREA / settings.triangles)
-    state = Level.of(problem, size, 0.0, 0.0, STEEPEST_FINE).mapped(match)
+    state = Level.of(problem, final_size(problem), 0.0, 0.0, STEEPEST_FINE).mapped(match)
     turn = rotation(state.z[: state.border], state.u[: state.border])
     loops = state.loops
     return MeshMap.plain(state.z, state.z * turn, state.faces, state.border, loops=loops)

@@ -7,10 +7,7 @@ If the source's concavities are filled, all of the source is shown, and the targ
 import numpy as np
 
 from ...fits import FITS
-from ...plane import triangle_areas
 from ..holes.bays import fill_half_hull, fill_hull
-from ..model.discrete_map import DiscreteMap
-from ..model.settings import Settings
 from .unit_problem import UnitProblem
 
 LARGEST_FILLED_AREA = 16.0
@@ -19,13 +16,13 @@ LARGEST_FILLED_AREA = 16.0
 """
 
 
-def bay_choices(problem: UnitProblem, settings: Settings) -> list[UnitProblem]:
+def bay_choices(problem: UnitProblem) -> list[UnitProblem]:
     """Return the problem with the concavities of one side filled, for each side that may have them filled.
 
     For the target's concavities this is the inverse problem.
     """
     problems: list[UnitProblem] = []
-    for side in FITS[settings.fit].fills:
+    for side in FITS[problem.options.fit].fills:
         with_filled_bays = with_bays(problem if side == "source" else problem.inverse())
         if (
             with_filled_bays.bays
@@ -46,7 +43,7 @@ def with_bays_like(problem: UnitProblem, example: UnitProblem) -> UnitProblem | 
 
 def can_fill(problem: UnitProblem) -> bool:
     """Return whether holes without a partner are on the side whose concavities are filled."""
-    return len(problem.holes[0]) >= len(problem.holes[1])
+    return len(problem.holes.source) >= len(problem.holes.target)
 
 
 def with_bays(problem: UnitProblem) -> UnitProblem:
@@ -59,25 +56,3 @@ def with_bays(problem: UnitProblem) -> UnitProblem:
     filled, upper = fill_half_hull(problem.source, top)
     anchors = (complex(filled.outline.z[0]), upper), goals
     return problem._replace(source=filled.outline, bays=filled.bays, anchors=anchors)
-
-
-def lost_shares(problem: UnitProblem, state: DiscreteMap) -> tuple[float, float]:
-    """Return the share of the source's area that is hidden, and of the target's that is bare.
-
-    These are the images of virtual triangles. The map may be of the problem or of its inverse; the shares are always of
-    the given source and target.
-    """
-    if state.weights is None:
-        return 0.0, 0.0
-    areas = np.abs(triangle_areas(state.u[state.faces]))
-    bare = float(areas[state.weights != 1].sum() / areas.sum())
-    return (bare, 0.0) if problem.inverted else (0.0, bare)
-
-
-def cost(problem: UnitProblem, state: DiscreteMap) -> float:
-    """Return the cost of a map of outlines (see `drawings.cost`), without the outline's term of the energy.
-
-    All of both outlines is painted, except what virtual triangles cover.
-    """
-    shares = lost_shares(problem, state)
-    return problem.energy.cost(state.z, state.u, state.material, shares, state.metrics, state.turn)

@@ -14,7 +14,8 @@ from ..meshing.mesh import Sizes
 from ..model import mesh_sizes
 from ..model.boundary_pairs import Match
 from ..model.discrete_map import GOOD_ENOUGH, DiscreteMap, folds
-from ..model.settings import SolveLog
+from ..model.mesh_map import MeshMap
+from ..model.solution import SolveLog
 from . import initial_matches
 from .candidates import without_duplicates
 from .grid_paths import route
@@ -110,7 +111,7 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
     """
 
     def started(match: Match) -> DiscreteMap:
-        return level.mapped(match).unfolded().forward(1.0, FIRST_STEPS, 1e-4, corners=False)
+        return level.mapped(match).unfold_from_harmonic().forward(1.0, FIRST_STEPS, 1e-4, corners=False)
 
     states = list(successes(partial(started, match) for match in progress.counted("starts", matches)))
     free = min((state.value for state in states), default=np.inf)
@@ -133,13 +134,13 @@ def screen(level: Level, matches: list[Match]) -> tuple[list[DiscreteMap], float
 def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
     """Return the best map of a few rounds with pins held: release corners, make a new mesh, converge."""
     try:
-        best = state = state.alternated(1.0, 4, BACKWARD_STEPS)
+        best = state = state.alternate(1.0, 4, BACKWARD_STEPS)
     except OutOfTime:
         return state
     for _ in range(RELEASES):
         try:
             state = state.forward(1.0, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-            state = refine_pinned(level, state).alternated(1.0, 4, BACKWARD_STEPS)
+            state = refine_pinned(level, state).alternate(1.0, 4, BACKWARD_STEPS)
         except Stuck:
             break
         if state.value >= best.value:
@@ -148,13 +149,13 @@ def settle_pinned(level: Level, state: DiscreteMap) -> DiscreteMap:
     return best
 
 
-def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) -> DiscreteMap:
-    """Return the map on a new mesh with pins held; if that folds, pins are released and moved again.
+def refine_pinned(level: Level, state: MeshMap, sizes: Sizes | None = None) -> DiscreteMap:
+    """Return the map on a new mesh with its pins held; if that folds, pins are released and moved again.
 
     Raises:
         Stuck: the map folds, or its pins are no longer met.
     """
-    if not (state.bound and state.inside.z.size):
+    if not (isinstance(state, DiscreteMap) and state.bound and state.inside.z.size):
         return refine(level, state, sizes)
     fine = interpolate_on(level, state, sizes)
     released = replace(state, bound=False)
@@ -163,7 +164,7 @@ def refine_pinned(level: Level, state: DiscreteMap, sizes: Sizes | None = None) 
         return refine(level, released.forward(1.0, RELAXING_STEPS, MOVING_DECREASE, corners=True), sizes)
 
     def moved_again() -> DiscreteMap:
-        new = first_success(lambda: replace(fine, bound=False).unfolded(harmonic=False), relaxed)
+        new = first_success(lambda: replace(fine, bound=False).unfold_locally(), relaxed)
         new = satisfy_constraints(replace(new, inside=new.inside.with_pins_of(released.inside)))
         if new.miss > 0:
             raise Stuck("the constraints are not met on the new mesh")
@@ -180,7 +181,7 @@ def unfold_pinned(fine: DiscreteMap) -> DiscreteMap:
     """
     if folds(fine.faces, fine.u) > FEW_FOLDS:
         raise Stuck("too many folds next to the constraints")
-    return fine.unfolded(harmonic=False, steps=HELD_STEPS)
+    return fine.unfold_locally(steps=HELD_STEPS)
 
 
 def again(level: Level, state: DiscreteMap) -> DiscreteMap:

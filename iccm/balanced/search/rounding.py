@@ -12,55 +12,51 @@ import numpy as np
 from ...arrays import Complex, Flags, Index
 from ...curve import Curve, inside_any
 from ...plane import triangle_areas
-from ..constraints.validate import Pins
-from ..holes.given import Holes
 from ..holes.outlines import are_disjoint
 from ..model.discrete_map import folds
-from ..model.frames import begun_farthest
 from ..model.mesh_map import MeshMap
+from ..model.unit_coordinates import begun_farthest
+from .unit_problem import UnitProblem
 
 GRID_SPACING = 2.0**-13  # relative to the root of the area: 1.2e-4, less than the tolerance of outlines
 ON_GRID_SHARE = 1e-9  # relative to the root of the area: vertices this close to the grid were rounded to it
 
 
-def rounded(source: Curve, target: Curve, holes: Holes) -> tuple[Curve, Curve, Holes]:
-    """Return domains in unit coordinates with their outlines on the grid; unchanged if rounded outlines would touch."""
+def rounded(problem: UnitProblem) -> UnitProblem:
+    """Return the problem with its outlines and pins on the grid.
+
+    It is unchanged if rounded outlines would touch, if a pin would leave its domain or meet another, or if there are
+    strokes.
+    """
     loops = [
-        [_loop_on_grid(c.z) for c in (outer, *inner)] for outer, inner in zip((source, target), holes.sides)
+        [_snap_loop(c.z) for c in (outer, *inner)]
+        for outer, inner in zip((problem.source, problem.target), problem.holes.sides)
     ]
-    if not all(min(z.size for z in side) > 2 and are_disjoint(side) for side in loops):
-        return source, target, holes
+    if problem.strokes or not all(min(z.size for z in side) > 2 and are_disjoint(side) for side in loops):
+        return problem
     (first, *rims), (second, *goals) = ([Curve(z) for z in side] for side in loops)
     source, target = (Curve(begun_farthest(curve.z)) for curve in (first, second))
-    return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
-
-
-def rounded_with_pins(
-    source: Curve, target: Curve, holes: Holes, pins: Pins
-) -> tuple[Curve, Curve, Holes, Pins]:
-    """Return rounded domains and pins; pins on the outlines are vertices of these.
-
-    All are unchanged if a pin would leave its domain or meet another, or if there are strokes.
-    """
-    arguments = source, target, holes, pins
-    source, target, holes = rounded(source, target, holes)
-    inner, outer = on_grid(pins.inner), on_grid(pins.outer)
-    if source is arguments[0] or pins.strokes:
-        return arguments
-    for curve, rims, points in zip((source, target), holes.sides, inner.T):
-        inside = curve.contains(points) & ~inside_any(rims, points)
+    pins, anchors = snap_to_coarse_grid(problem.pins), snap_to_coarse_grid(problem.outline_pins).T.tolist()
+    for curve, holes, points in zip((source, target), (rims, goals), pins.T):
+        inside = curve.contains(points) & ~inside_any(holes, points)
         if not inside.all() or np.unique(points).size < points.size:
-            return arguments
-    return source, target, holes, replace(pins, inner=inner, outer=outer)
+            return problem
+    return problem._replace(
+        source=source,
+        target=target,
+        holes=problem.holes._replace(source=tuple(rims), target=tuple(goals)),
+        pins=pins,
+        anchors=(tuple(anchors[0]), tuple(anchors[1])),
+    )
 
 
-def on_grid(z: Complex) -> Complex:
+def snap_to_coarse_grid(z: Complex) -> Complex:
     """Return the closest points of the grid."""
     return np.asarray(np.round(z / GRID_SPACING) * GRID_SPACING)
 
 
-def _loop_on_grid(z: Complex) -> Complex:
-    z = on_grid(z)
+def _snap_loop(z: Complex) -> Complex:
+    z = snap_to_coarse_grid(z)
     return z[z != np.roll(z, 1)]
 
 
@@ -79,8 +75,8 @@ def restore_outline(state: MeshMap, source: Sequence[Complex], target: Sequence[
     restored = []
     for z, points in zip((state.z, state.u), (source, target)):
         z, vertices = z.copy(), np.concatenate(points)
-        place = dict(zip(on_grid(vertices).tolist(), vertices.tolist()))
-        grid = on_grid(z)
+        place = dict(zip(snap_to_coarse_grid(vertices).tolist(), vertices.tolist()))
+        grid = snap_to_coarse_grid(z)
         is_given = np.abs(grid - z) < ON_GRID_SHARE
         is_given[is_given] = [key in place for key in grid[is_given].tolist()]
         shift = np.zeros(z.size, np.complex128)

@@ -15,7 +15,7 @@ AS_FAR_SHARE = 1e-7
 MOST_STARTS = 64  # positions tried; a regular polygon has as many as vertices, which would take too long
 
 
-def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
+def similarity(source: Curve, target: Curve, *, rotates: bool) -> Match | None:
     """Return the correspondence of two similar outlines; None if they are not similar.
 
     If there are several, it is the one with the least rotation.
@@ -23,7 +23,7 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
     Args:
         source: outline with area one and centroid 0.
         target: the same.
-        turns: whether the target may be a rotated source.
+        rotates: whether the target may be a rotated source.
     """
     if abs(source.length - target.length) > SAME_OUTLINE_SHARE * source.length:
         return None
@@ -32,9 +32,9 @@ def similarity(source: Curve, target: Curve, *, turns: bool) -> Match | None:
     starts = []
     for start in _far_vertices(target, np.abs(source.z).max()):
         v = target.at(start + target.length * steps)
-        turn = rotation(w, v) if turns else 1.0
-        if np.abs(turn * w - v).max() < SAME_OUTLINE_SHARE * 10:
-            starts.append((abs(np.angle(turn)), start))
+        factor = rotation(w, v) if rotates else 1.0
+        if np.abs(factor * w - v).max() < SAME_OUTLINE_SHARE * 10:
+            starts.append((abs(np.angle(factor)), start))
     if not starts:
         return None
     start = min(starts)[1]
@@ -52,26 +52,26 @@ def similar_with_holes(problem: UnitProblem, match: Match) -> Match | None:
     Returns:
         The match; None unless the holes are similar in the same way, and their partners are those requested.
     """
-    if len(problem.holes[0]) != len(problem.holes[1]):
+    if len(problem.holes.source) != len(problem.holes.target):
         return None
     w = problem.source.at(match.s[:1] + problem.source.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
     v = problem.target.at(
         match.tau[:1] + problem.target.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES
     )
-    partners = [_same(hole, problem.holes[1], rotation(w, v)) for hole in problem.holes[0]]
+    partners = [_same(hole, problem.holes.target, rotation(w, v)) for hole in problem.holes.source]
     holes = tuple(HoleMatch(i, *pair) for i, pair in enumerate(partners) if pair)
-    as_wished = set(problem.partners) <= {(hole.source, hole.target) for hole in holes}
+    as_wished = set(problem.holes.partners) <= {(hole.source, hole.target) for hole in holes}
     return match._replace(holes=holes) if len(holes) == len(partners) and as_wished else None
 
 
-def _same(hole: Curve, candidates: tuple[Curve, ...], turn: complex) -> tuple[int, Match] | None:
+def _same(hole: Curve, candidates: tuple[Curve, ...], factor: complex) -> tuple[int, Match] | None:
     """Find the curve among others that equals this one rotated.
 
     Returns:
         Its number, and the correspondence; None if there is none.
     """
     ends = np.array([0.0, 1.0])
-    w = turn * hole.at(hole.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
+    w = factor * hole.at(hole.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)
     for number, candidate in enumerate(candidates):
         start = candidate.closest(w[:1])
         v = candidate.at(start + candidate.length * np.arange(OUTLINE_SAMPLES) / OUTLINE_SAMPLES)

@@ -8,7 +8,6 @@ import numpy as np
 from ...arrays import Complex, Index, Real
 from ...curve import Curve
 from ...linalg.cholesky import system_of
-from ..holes.given import Holes
 from ..holes.outlines import manageable_holes
 from ..meshing.mesh import closed_links
 from ..model import mesh_sizes
@@ -32,9 +31,12 @@ from .levels import (
     refine,
 )
 from .pin_continuation import aim_feet, lead_one_by_one
+from .unit_problem import UnitProblem
 
 # Relative to the root of the area: a vertex this close to a pin or an outline is on it.
 SAME_PLACE_SHARE = 1e-8
+SIMPLIFIED_SHARE = 0.25 * SAME_PLACE_SHARE
+"""Relative to the same: distance up to which vertices of an outline are left out. These may be off by a little more."""
 CLOSE_TOLERANCES = (
     0.5  # relative to the tolerance: outlines of an earlier map this close to the given ones are kept
 )
@@ -59,7 +61,7 @@ def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
     state = state or refine(
         level, start, mesh_sizes.graded(start.z, start.u, start.faces, 0.5 * level.size**2)
     )
-    return _constrained(level, state).relaxed()
+    return _constrained(level, state).relax()
 
 
 def met_on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
@@ -79,7 +81,7 @@ def slide_anew(level: Level, start: MeshMap) -> DiscreteMap:
     """
     state = continue_from(level, start)
     state = state.forward(FINE_POWER, RELEASED_STEPS, GOOD_ENOUGH, corners=False)
-    state = on_finer(level, state).alternated(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD)
+    state = on_finer(level, state).alternate(FINE_POWER, FINE_ROUNDS, FINE_BACKWARD)
     return split_at_vertices(state)
 
 
@@ -97,14 +99,15 @@ def _constrained(level: Level, state: DiscreteMap) -> DiscreteMap:
 
 
 def outlines_followed(
-    start: MeshMap, source: Curve, target: Curve, holes: Holes, tolerance: float
-) -> tuple[Curve, Curve, Holes] | None:
-    """Return the outlines as an earlier map follows them; None if it does not follow the given ones.
+    start: MeshMap, given: UnitProblem
+) -> tuple[Curve, Curve, tuple[tuple[Curve, ...], tuple[Curve, ...]]] | None:
+    """Return the outlines and holes of a problem as an earlier map follows them; None if it does not follow them.
 
     If the given outlines were simplified again, they would have other corners, at which the map's mesh has no
     vertices. Holes without a partner have no loop in the map. Of these, vertices that the mesh has are kept.
     """
-    sides = (start.z, source, holes.source), (start.u, target, holes.target)
+    tolerance = given.options.tolerance
+    sides = (start.z, given.source, given.holes.source), (start.u, given.target, given.holes.target)
     followed: list[list[Curve]] = []
     for side, (w, outer, inner) in enumerate(sides):
         rings = {(loop.source, loop.target)[side]: w[loop.vertices] for loop in start.loops}
@@ -122,7 +125,7 @@ def outlines_followed(
             return None
         followed.append(outlines)
     (source, *rims), (target, *goals) = followed
-    return source, target, Holes(tuple(rims), tuple(goals), holes.partners)
+    return source, target, (tuple(rims), tuple(goals))
 
 
 def _present(outline: Curve, w: Complex) -> Complex:
@@ -136,7 +139,7 @@ def _followed(rim: Complex, outline: Curve, tolerance: float) -> Curve | None:
     if rim.size < 3:
         return None
     curve = Curve(rim)
-    curve = simplify(curve, SAME_PLACE_SHARE / curve.diagonal)
+    curve = simplify(curve, SIMPLIFIED_SHARE / curve.diagonal)
     away = max(a.distances(b.z).max() for a, b in permutations((curve, outline)))
     return curve if away <= tolerance else None
 

@@ -102,14 +102,17 @@ class TriangulatedMap:
     def __call__(self, z: Pairs, threads: int | None = None) -> Real: ...
 
     @overload
+    def __call__(self, z: complex, threads: int | None = None) -> complex: ...
+
+    @overload
     def __call__(self, z: Numbers, threads: int | None = None) -> Complex: ...
 
-    def __call__(self, z: Pairs | Numbers, threads: int | None = None) -> Complex | Real:
+    def __call__(self, z: Pairs | complex | Numbers, threads: int | None = None) -> Complex | Real | complex:
         """Evaluate f at complex points of any shape, or at pairs (…, 2), in the same form."""
         if is_pairs(z):
             return on_pairs(lambda points: self(points, threads), z, self.axes)
         z = as_points(z)
-        return self._jets(*self.place(z.ravel(), threads), threads)[1].reshape(z.shape)
+        return self._jets(*self.place(z.ravel(), threads), threads)[1].reshape(z.shape)[()]
 
     def derivatives(self, z: Complex, threads: int | None = None) -> tuple[Complex, Complex]:
         """Return f_z and f_z̄ at points of any shape; on an edge, those of one of its sides."""

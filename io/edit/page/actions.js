@@ -8,6 +8,7 @@ import {isPossible, RANGES} from './pin_settings.js';
 /** @import {Editor} from './editor.js' */
 /** @import {Link} from './link.js' */
 /** @import {Pane} from './pane.js' */
+/** @import {Movement} from './preview.js' */
 /** @import {Actions, Hello, Place, Side} from './types.d.ts' */
 
 /** @type {Side[]} */
@@ -22,9 +23,10 @@ const AXES = ['x', 'y', 'z'];
  * @param {Hello} parts.hello
  * @param {(text: string, bad?: boolean) => void} parts.report shows a message
  * @param {() => void} parts.putDown switches back from the stroke tool
+ * @param {(movement: Movement) => void} parts.moved called when a single pin has been moved in the plane
  * @returns {Actions}
  */
-export function actionsOf({editor, link, panes, hello, report, putDown}) {
+export function actionsOf({editor, link, panes, hello, report, putDown, moved}) {
   /**
    * Remove a pin and, if it is selected, the other selected pins.
    * @param {number} number
@@ -119,7 +121,14 @@ export function actionsOf({editor, link, panes, hello, report, putDown}) {
         pins[number][side] = place;
       } else {
         const from = pane.page(pins[number][side]), to = pane.page(place), by = to.map((value, k) => value - from[k]);
-        for (const k of editor.movedWith(number)) pins[k][side] = k === number ? place : pane.moved(pins[k][side], by);
+        const source = panes.source.surface ? null : panes.source.page(pins[number].source), together = editor.movedWith(number);
+        for (const k of together) pins[k][side] = k === number ? place : pane.moved(pins[k][side], by);
+        editor.follow();
+        if (source && together.length === 1) {
+          const others = pins.filter((_, k) => k !== number).map((pin) => pane.page(pin[side]));
+          moved({seq: editor.asked, side, source, by, others});
+        }
+        return true;
       }
       editor.follow();
       return true;

@@ -12,24 +12,26 @@ import {contentOf, History, showHistory} from './history.js';
 import {listenToKeys} from './keys.js';
 import {listenToLandmarks} from './landmarks.js';
 import {listenToLattice} from './lattice.js';
+import {Layout} from './layout.js';
 import {Link} from './link.js';
 import {Linked} from './linked.js';
 import {showList} from './list.js';
-import {choose} from './open.js';
+import {choose, welcome} from './open.js';
 import {Pane} from './pane.js';
+import {Preview} from './preview.js';
 import {showPinSettings} from './pin_settings.js';
 import {Saving} from './saving.js';
 import {report, showNotes} from './status.js';
 import {Tools} from './tools.js';
 import {Tour} from './tour.js';
 
+/** @import {Movement} from './preview.js' */
 /** @import {Actions, ErrorMessage, Hello, MapMessage, PaneScene, Side, TakenMessage} from './types.d.ts' */
 
-const BETTER_STRETCH_RATIO = 1.2;  // from which the page says how much less the map from scratch is stretched
 const GRID_LINES = 16;  // along the longer side of the source
 
 /** Set once the server has reported the open shapes. */
-/** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions, comparison: Comparison, linked: Linked} | null} */
+/** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions, comparison: Comparison, linked: Linked, preview: Preview} | null} */
 let page = null;
 
 /** Whether another tab is editing. */
@@ -45,9 +47,10 @@ const editor = new Editor((message) => link.say(message), history, refresh);
 history.changed = () => showHistory(byId('past'), history, (steps) => editor.travel(steps));
 
 new Tour();
+const layout = new Layout();
 button('take').onclick = () => link.say({type: 'take'});
 button('help').onclick = () => dialog('keys').showModal();
-button('choose').onclick = () => choose(false, () => {
+button('choose').onclick = () => choose(() => {
   editor.saved = contentOf(editor.scene);  // the server keeps unsaved changes
 });
 
@@ -97,7 +100,7 @@ function takeBack(hello) {
 async function begin(hello) {
   if (taken) takeBack(hello);
   if (hello.empty) {
-    choose(true);
+    welcome();
     return;
   }
   if (page) {
@@ -133,7 +136,7 @@ async function begin(hello) {
 async function open(hello) {
   editor.begin(hello.scene);
   const panes = /** @type {Record<Side, Pane>} */ ({});
-  const actions = actionsOf({editor, link, panes, hello, report, putDown: () => tools.take('pin')});
+  const actions = actionsOf({editor, link, panes, hello, report, putDown: () => tools.take('pin'), moved: showMoved});
   panes.source = new Pane('source', byId('source'), hello.source, hello, actions);
   panes.target = new Pane('target', byId('target'), hello.target, hello, actions);
   await Promise.all([panes.source.load(), panes.target.load()]);
@@ -149,12 +152,12 @@ async function open(hello) {
   listenToLandmarks(editor, link);
   listenToLattice(editor, link);
   new Fits(editor);
-  listenToKeys({editor, panes, comparison, saving, tools, linked});
+  listenToKeys({editor, panes, comparison, saving, tools, linked, layout});
   disableControls(hello, panes);
   showNotes(hello.notes);
   showTitle(hello);
   Object.assign(globalThis, {iccm: inspection(panes)});
-  return {hello, panes, actions, comparison, linked};
+  return {hello, panes, actions, comparison, linked, preview: new Preview({source: hello.source, target: hello.target})};
 }
 
 /**
@@ -234,28 +237,48 @@ function showMap(message, floats) {
   target.hurry(message.kind === 'coarse');
   if (editor.replaced && floats) target.fade();
   if (message.outlines?.length) target.reshape(message.outlines);
+  if (message.kind === 'full') target.showSilhouette(message.silhouette ?? {});
   if (floats) {
-    target.painter.map(floats);
+    target.painter.map(page.preview.take(floats, message.seq));
     page.linked.take(floats);
     if (message.kind === 'full') page.comparison.take(floats);
     target.redraw();
   }
+  if (message.kind === 'blocked' || failed) withdrawPreview();
   if (!failed && message.kind !== 'blocked') showFigures(/** @type {HTMLTableElement} */ (byId('figures')), message.kind, message.figures);
   if (message.kind === 'full') showNotes([...page.hello.notes, ...(message.figures.notes ?? [])]);
   showOtherMap(message.other ?? '');
   if (message.command) byId('command').textContent = message.command;
-  const gain = message.gain ?? 1, further = {
-    fresh: gain > BETTER_STRETCH_RATIO
-      ? ` From scratch, it would be stretched ${gain.toFixed(1)} times less.`
-      : ' A computation from scratch finds another map.',
-    kept: gain > BETTER_STRETCH_RATIO
-      ? ` It was computed from scratch, and is stretched ${gain.toFixed(1)} times less than the continued map.`
-      : ' This map was computed from scratch.',
-  }[message.other ?? ''] ?? '';
-  const sentence = failed ? `${message.message.replace(/\.$/, '')}. The last valid map is shown.` : message.message + further;
+  const sentence = failed ? `${message.message.replace(/\.$/, '')}. The last valid map is shown.` : message.message;
   report(sentence, !message.ok);
   document.body.classList.toggle('short', Boolean(message.short?.length));
   refresh();
+}
+
+/**
+ * Show a movement of a pin before the server has answered.
+ * @param {Movement} movement
+ */
+function showMoved(movement) {
+  if (!page || page.hello.target.mesh || page.hello.deforming) return;
+  const floats = page.preview.move(movement);
+  if (!floats) return;
+  page.panes.target.hurry(true);
+  showPreview(floats);
+}
+
+/** Show the server's last map where the map cannot follow. */
+function withdrawPreview() {
+  if (page && !page.hello.target.mesh && !page.hello.deforming) showPreview(page.preview.withdraw());
+}
+
+/** @param {Float32Array} floats */
+function showPreview(floats) {
+  if (!page || !floats.length) return;
+  const {target} = page.panes;
+  target.painter.map(floats);
+  page.linked.take(floats);
+  target.redraw();
 }
 
 /** @param {string} way to the other of two known maps; empty if there is only one */
@@ -274,10 +297,10 @@ const digitsOf = ({source, target}) => ({
 /** Show the state of the editor in both halves, in the list and in the controls. */
 function refresh() {
   if (!page) return;
-  const {wrong, suggested, selected, regions, patches, active, pending} = editor;
+  const {wrong, suggested, selected, regions, patches, bent, active, pending} = editor;
   /** @type {PaneScene} */
   const scene = {
-    ...editor.scene, wrong, suggested, selected, regions, patches, active, pending, digits: digitsOf(page.panes), locked: (entry) => editor.isLocked(entry),
+    ...editor.scene, wrong, suggested, selected, regions, patches, bent, active, pending, digits: digitsOf(page.panes), locked: (entry) => editor.isLocked(entry),
     wanted: (pin) => editor.wanted(pin), unmapped: editor.unmapped, failed: editor.kind === 'error',
   };
   for (const pane of [page.panes.source, page.panes.target]) {

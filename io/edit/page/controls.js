@@ -30,6 +30,8 @@ export function listenToControls({editor, link, panes, actions}) {
     editor.solve(button('other').dataset.way);
   };
   button('search').onclick = () => editor.search();
+  button('bent-rigid').onclick = () => editor.unbend('rigid');
+  button('bent-pin').onclick = () => editor.unbend('pin');
   listenToMapControls(editor);
   listenToSuggestions(editor, link, actions);
 }
@@ -100,6 +102,7 @@ export function showControls(editor, hello) {
   const shortCount = scene.pins.filter((pin) => editor.wanted(pin)).length;
   button('search').hidden = shortCount === 0;
   button('search').textContent = `Search for a map that reaches ${shortCount > 1 ? 'these places' : 'that place'}`;
+  for (const id of ['bent-rigid', 'bent-pin']) button(id).hidden = editor.bent.length === 0 || editor.busy;
   button('undo').disabled = !history.canUndo;
   button('redo').disabled = !history.canRedo;
   input('balance').value = String(Math.log10(scene.balance));

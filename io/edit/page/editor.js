@@ -3,8 +3,10 @@
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
-/** @import {Ends, MapMessage, Patch, Pin, PinEnd, Place, Region, Scene, Stroke, Wrong} from './types.d.ts' */
+/** @import {Bent, Ends, MapMessage, Patch, Pin, PinEnd, Place, Region, Scene, Stroke, Wrong} from './types.d.ts' */
 
+const DISC_CORNERS = 24;
+const DISC_SHARE = 0.9;  // of a feature's radius: a rigid region keeps away from the outline
 const REST = 150;  // milliseconds without movement after which the converged map is requested during a drag
 
 export class Editor {
@@ -19,6 +21,8 @@ export class Editor {
   regions = [];
   /** Of each pin; null for exact ones. @type {(Patch | null)[]} */
   patches = [];
+  /** Features of the picture that the map bends. @type {Bent[]} */
+  bent = [];
   /** Index of the pin whose settings are shown. @type {number | null} */
   active = null;
   /** @type {Wrong} */
@@ -159,6 +163,18 @@ export class Editor {
     this.solve();
   }
 
+  /**
+   * Keep the features that the map bends as they are in the source: rigid, or with their form held by soft pins.
+   * @param {'rigid' | 'pin'} how
+   */
+  unbend(how) {
+    for (const {source, target, radius} of this.bent) {
+      if (how === 'rigid') this.scene.rigid.push(discAround(source, radius));
+      else this.scene.pins.push({name: '', weight: 1, source, target, turn: null, radius: Number(radius.toPrecision(3))});
+    }
+    this.commit();
+  }
+
   /** Request the coarse map while something is dragged, and the converged one once nothing moves. */
   follow() {
     this.#ask('follow');
@@ -222,6 +238,7 @@ export class Editor {
       this.regions = message.figures.regions ?? [];
       this.patches = message.patches ?? [];
       this.#other = message.other ?? '';
+      this.bent = message.bent ?? [];
     }
     return true;
   }
@@ -239,6 +256,16 @@ export class Editor {
     }
     this.history.amend(this.scene);
   }
+}
+
+/**
+ * Return the corners of a polygon in a disc.
+ * @param {[number, number]} middle
+ * @param {number} radius
+ */
+function discAround([x, y], radius) {
+  const angles = Array.from({length: DISC_CORNERS}, (_, k) => 2 * Math.PI * k / DISC_CORNERS);
+  return angles.map((angle) => [x + DISC_SHARE * radius * Math.cos(angle), y + DISC_SHARE * radius * Math.sin(angle)]);
 }
 
 /** @param {Pin | Stroke} entry */

@@ -8,13 +8,13 @@ import {SHADERS} from './shaders.js';
 
 /** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Fan a polygon as a triangle fan */
 /** @typedef {{texture: WebGLTexture} & Look} Layer */
-/** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Patches triangles of a map */
+/** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Patches triangles of a map, and the number of their corners */
 /** @typedef {{handle: WebGLProgram, at: (name: string) => WebGLUniformLocation | null}} Program */
 
 // attributes of a triangle, each a point
 const PATCH_ATTRIBUTES = ['a0', 'a1', 'a2', 'b0', 'b1', 'b2', 'd0', 'd1', 'd2'];
 const FLOATS = 2 * PATCH_ATTRIBUTES.length;
-const FLOAT_BYTES = 4;
+const FLOAT_BYTES = 4, CORNERS = 3;
 const OUTSIDE_OPACITY = 0.22;  // of the texture beyond the source
 const MAX_ANISOTROPY = 8;
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;  // renderers without a graphics card
@@ -28,6 +28,8 @@ export class Painter {
   #texture = null;
   /** @type {Layer | null} the picture in the shape's file */
   #drawing = null;
+  /** What is darkened, and by which factors of red, green and blue. @type {{rings: Fan[], around: Fan | null, ratios: number[]}} */
+  #tone = {rings: [], around: null, ratios: [1, 1, 1]};
   /** @type {Fan[]} the outlines, the outer one first */
   #rings = [];
   /** @type {Fan | null} the box of the texture */
@@ -77,7 +79,6 @@ export class Painter {
       const at = gl.getAttribLocation(this.#programs.patches.handle, name);
       gl.enableVertexAttribArray(at);
       gl.vertexAttribPointer(at, 2, gl.FLOAT, false, FLOAT_BYTES * FLOATS, 2 * FLOAT_BYTES * k);
-      gl.vertexAttribDivisor(at, 1);
     });
     return {array, buffer, count: 0};
   }
@@ -87,11 +88,30 @@ export class Painter {
    * @param {Point[][]} rings
    */
   outlines(rings) {
-    for (const {array, buffer} of this.#rings) {
+    this.#rings = this.#fans(rings, this.#rings);
+  }
+
+  /**
+   * Darken the picture inside rings: paper gets a tone there, and ink stays.
+   * @param {Point[][]} rings
+   * @param {number[]} ratios of red, green and blue
+   */
+  tone(rings, ratios) {
+    const xs = rings.flat().map(([x]) => x), ys = rings.flat().map(([, y]) => y);
+    const around = rings.length ? this.#box([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)]) : null;
+    this.#tone = {rings: this.#fans(rings, this.#tone.rings), around, ratios};
+  }
+
+  /**
+   * @param {Point[][]} rings
+   * @param {Fan[]} replaced
+   */
+  #fans(rings, replaced) {
+    for (const {array, buffer} of replaced) {
       this.#gl.deleteVertexArray(array);
       this.#gl.deleteBuffer(buffer);
     }
-    this.#rings = rings.map((ring) => this.#points(ring.flat()));
+    return rings.map((ring) => this.#points(ring.flat()));
   }
 
   /**
@@ -194,9 +214,9 @@ export class Painter {
   map(floats) {
     const gl = this.#gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#mesh ? this.#mesh.source : this.#patches.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, floats, gl.DYNAMIC_DRAW);
+    gl.bufferData(gl.ARRAY_BUFFER, this.#mesh ? floats : atCorners(floats), gl.DYNAMIC_DRAW);
     if (this.#mesh) this.#count = this.#mesh.indices;
-    else this.#patches.count = floats.length / FLOATS;
+    else this.#patches.count = CORNERS * floats.length / FLOATS;
   }
 
   /**
@@ -207,8 +227,8 @@ export class Painter {
     if (this.#mesh) return;
     const gl = this.#gl;
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#ghost.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, floats, gl.STATIC_DRAW);
-    this.#ghost.count = floats.length / FLOATS;
+    gl.bufferData(gl.ARRAY_BUFFER, atCorners(floats), gl.STATIC_DRAW);
+    this.#ghost.count = CORNERS * floats.length / FLOATS;
   }
 
   /**
@@ -279,6 +299,20 @@ export class Painter {
     gl.stencilFunc(gl.EQUAL, painted ? 255 : 0, 255);
     this.#drawPatches(this.#patches, this.#textureShare);
     if (this.#overlay.ghost > 0 && !this.#overlay.plain) this.#drawPatches(this.#ghost, this.#overlay.ghost);
+    this.#drawTone();
+  }
+
+  #drawTone() {
+    const gl = this.#gl, {rings, around, ratios: [red, green, blue]} = this.#tone;
+    if (!rings.length) return;
+    gl.clear(gl.STENCIL_BUFFER_BIT);
+    this.#cut(rings);
+    gl.stencilFunc(gl.EQUAL, 255, 255);
+    this.#use('plane', 1, false);
+    gl.blendColor(red, green, blue, 1);
+    gl.blendFunc(gl.ZERO, gl.CONSTANT_COLOR);  // which ignores what is drawn
+    this.#fan(around);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
   }
 
   /**
@@ -289,7 +323,7 @@ export class Painter {
     if (!count) return;
     this.#use('patches', opacity);
     this.#gl.bindVertexArray(array);
-    this.#gl.drawArraysInstanced(this.#gl.TRIANGLES, 0, 3, count);
+    this.#gl.drawArrays(this.#gl.TRIANGLES, 0, count);
   }
 
   #drawMesh() {
@@ -348,6 +382,21 @@ export class Painter {
     gl.uniform1i(at('lit'), overlay.plain ? 0 : 1);
     if (view.turn) gl.uniformMatrix3fv(at('turn'), true, view.turn);
   }
+}
+
+/**
+ * Return the floats of each triangle once for each of its corners. Instances of three vertices would need fewer, but
+ * renderers without a graphics card take a call for each.
+ * @param {Float32Array} floats
+ */
+function atCorners(floats) {
+  const repeated = new Float32Array(CORNERS * floats.length);
+  for (let k = 0, to = 0; k < floats.length; k += FLOATS) {
+    for (let corner = 0; corner < CORNERS; corner++) {
+      for (let i = k; i < k + FLOATS; i++) repeated[to++] = floats[i];
+    }
+  }
+  return repeated;
 }
 
 /**

@@ -5,6 +5,7 @@ import {toggleOverlay} from './controls.js';
 
 /** @import {Comparison} from './compare.js' */
 /** @import {Editor} from './editor.js' */
+/** @import {Layout} from './layout.js' */
 /** @import {Linked} from './linked.js' */
 /** @import {Pane} from './pane.js' */
 /** @import {Saving} from './saving.js' */
@@ -21,8 +22,9 @@ const KEY_ZOOM = 1.25;  // zoom factor of the keys + and -
  * @param {Saving} parts.saving
  * @param {Tools} parts.tools
  * @param {Linked} parts.linked
+ * @param {Layout} parts.layout
  */
-export function listenToKeys({editor, panes, comparison, saving, tools, linked}) {
+export function listenToKeys({editor, panes, comparison, saving, tools, linked, layout}) {
   const focused = () => (byId('source').contains(document.activeElement) ? panes.source : panes.target);
 
   /** @type {Record<string, (event: KeyboardEvent) => void>} */
@@ -49,6 +51,8 @@ export function listenToKeys({editor, panes, comparison, saving, tools, linked})
       editor.changed();
     },
     k: () => linked.toggle(),
+    x: () => layout.toggle('swapped'),
+    y: () => layout.toggle('both'),
     g: () => toggleOverlay(panes, 'grid'),
     h: () => toggleOverlay(panes, 'stretch'),
     a: () => comparison.swap(),

@@ -12,6 +12,7 @@ const GUIDE_ARM = 14;     // pixels: half the length of the cross where a pin is
 const POINTER_ARM = 7;    // pixels: half the length of the cross at the image of the other side's pointer
 const WANTED_RADIUS = 5;  // pixels: of the mark where a pin that stopped short was dragged to
 const PENDING_RADIUS = 9; // pixels: radius of the circle at the end of a pin whose other end is still to be placed
+const BENT_RADIUS = 18;   // pixels: of the ring around a bent feature in the target
 const CROSSHAIR_ARM = 9;  // pixels, in the loupe
 export const LOUPE_SIDE = 150;    // pixels
 export const LOUPE_ZOOM = 4;      // relative to the pane
@@ -86,6 +87,10 @@ function linesOf(pane) {
     const wrong = scene.wrong.strokes?.includes(k) ? ' wrong' : '';
     lines.push({d: path(stroke[side].map((place) => pane.page(place))), class: `stroke${wrong}`, hue: strokeHue(k)});
   });
+  for (const feature of scene.bent) {
+    const radius = side === 'source' ? feature.radius / pane.units.scale * pane.view.zoom : BENT_RADIUS;
+    lines.push({d: circle(pane.pixel(pane.page(feature[side])), radius), class: 'bent'});
+  }
   for (const pin of pane.rotatable) {
     const arm = [pane.pixel(pane.page(pin.target)), pane.armEnd(pin)];
     lines.push({d: pathData(arm), class: pin.turn === null ? 'arm free' : 'arm'});

@@ -53,10 +53,9 @@ function report(text) {
 
 /**
  * Open the dialog.
- * @param {boolean} empty whether nothing is open yet
  * @param {() => void} [leaving] called before the page is reloaded
  */
-export async function choose(empty, leaving = leave) {
+export async function choose(leaving = leave) {
   leave = leaving;
   const workspace = await (await fetch('workspace')).json();
   chosen = {...workspace.chosen};
@@ -65,8 +64,6 @@ export async function choose(empty, leaving = leave) {
   pictures = {source: 'source.drawing', target: 'target.drawing'};
   suffixes = workspace.suffixes;
   for (const role of ROLES) inputOf(role).accept = suffixes[role].join(',');
-  files.dataset.empty = String(empty);
-  button('files-close').hidden = empty;
   report('');
   byId('samples').replaceChildren(...workspace.samples.map(sampleButton));
   for (const role of ROLES) showRole(role, []);
@@ -77,6 +74,14 @@ export async function choose(empty, leaving = leave) {
     if (error) report(error);
     else showRole(role, parts);
   }
+}
+
+/** Show the page on which nothing is open yet: samples, and a place to drop files. */
+export async function welcome() {
+  const {samples} = await (await fetch('workspace')).json();
+  document.body.classList.add('empty');
+  byId('welcome').hidden = false;
+  byId('welcome-samples').replaceChildren(...samples.map(sampleButton));
 }
 
 /** @param {Sample} sample */
@@ -242,7 +247,7 @@ button('checkerboard').onclick = () => {
 };
 button('files-open').onclick = () => open(chosen);
 button('files-close').onclick = () => files.close();
-files.oncancel = (/** @type {Event} */ event) => { if (files.dataset.empty === 'true') event.preventDefault(); };
+button('welcome-files').onclick = () => choose();
 
 // ---------------------------------------------------------------- files that are dropped
 
@@ -268,7 +273,7 @@ addEventListener('drop', async (event) => {
   const dropped = [...(event.dataTransfer?.files ?? [])];
   if (!dropped.length) return;
   const {target} = event;
-  if (!files.open) await choose(false);
+  if (!files.open) await choose();
   /** @type {Role[]} */
   const roles = dropped.map((file) => roleOf(target, file));
   if (dropped.length > 1 && !roles.some((role) => role !== 'source')) roles[1] = 'target';

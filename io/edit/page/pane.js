@@ -10,13 +10,15 @@ import {Lines, LOUPE_SIDE, LOUPE_ZOOM} from './lines.js';
 import {Surface} from './surface.js';
 import {View} from './view.js';
 
-/** @import {Actions, Hello, Item, Overlay, PaintedView, PaneScene, Pin, Place, Point, ShapeInfo, Side, Tool} from './types.d.ts' */
+/** @import {Actions, Hello, Item, Overlay, PaintedView, PaneScene, Pin, Place, Point, ShapeInfo, Side, Silhouette, Tool} from './types.d.ts' */
 
 const OUTLINE_REACH = 8;     // pixels: a click this close to the outline places a pin on it
 const RIM_DISTANCE = 0.01;     // relative to the shape: pins that are dragged out of it stop this far from the outline
 const ON_OUTLINE = 1e-3;     // relative to the shape: pins this close to the outline are on it, as on the server
 const VERTEX_REACH = 4;      // pixels: a pin released this close to a vertex of a mesh is placed on it
 const HURRIED_SHARE = 0.5;   // of the pixels of a side, painted while the map follows without a graphics card
+const SLOW_SHARE = 0.25;     // the same where pictures then still follow each other slowly
+const SLOW_FRAME = [60, 600];  // milliseconds between two pictures of a drag that is slow, rather than at rest
 const ORBIT = 0.008;         // radians by which a mesh rotates per pixel
 const ARM_LENGTH = 34;       // pixels from a pin to the handle that rotates it
 const FADE = 500;            // milliseconds in which one map takes the place of another
@@ -28,7 +30,7 @@ export class Pane {
   /** @type {PaneScene} */
   scene = {
     pins: [], strokes: [], regions: [], rigid: [], unmapped: [], failed: false, balance: 1, turn: 0, fit: 'auto',
-    wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null, patches: [], active: null, pending: null, digits: {source: 0, target: 0},
+    wrong: {}, suggested: [], selected: new Set(), locked: () => false, wanted: () => null, patches: [], bent: [], active: null, pending: null, digits: {source: 0, target: 0},
   };
   view = new View();
   /** Whether there is a picture in the shape's file. */
@@ -58,6 +60,12 @@ export class Pane {
   /** Called when the divider is dragged. @type {(share: number) => void} of the width, left of the divider */
   divided = () => {};
   #rough = false;
+  /** Of the pixels of a side, while the map follows. */
+  #share = HURRIED_SHARE;
+  /** What is shown of the target, as text. */
+  #silhouette = '[null,null,null]';
+  /** When the last picture was painted. */
+  #painted = 0;
   #stale = false;
   #begun = false;
 
@@ -131,6 +139,7 @@ export class Pane {
     this.units = new Units(shape, this.digits);
     this.rings = shape.painted ?? [shape.outline, ...shape.holes];
     this.painter.outlines(this.rings);
+    this.showSilhouette({});
     this.painter.map(new Float32Array(0));
     this.caption.textContent = `${this.side}: ${fileName(shape.name)}`;
     this.showAll();
@@ -150,11 +159,24 @@ export class Pane {
     this.painter.outlines(this.rings);
   }
 
+  /**
+   * Show more of the target than it paints, as pictures do where its gaps would cut them to pieces.
+   * @param {Silhouette} silhouette empty to show what it paints
+   */
+  showSilhouette({rings, toned, colors}) {
+    const text = JSON.stringify([rings, toned, colors]);
+    if (text === this.#silhouette) return;
+    this.#silhouette = text;
+    this.painter.outlines(rings ?? this.rings);
+    this.painter.tone(toned ?? [], colors?.[0] ? ratios(colors[1], colors[0]) : [1, 1, 1]);
+    this.redraw();
+  }
+
   // ---------------------------------------------------------------- what is visible
 
   resized() {
     const {clientWidth, clientHeight} = this.element;
-    const ratio = (devicePixelRatio || 1) * (this.#rough ? HURRIED_SHARE : 1);
+    const ratio = (devicePixelRatio || 1) * (this.#rough ? this.#share : 1);
     this.view.width = clientWidth;
     this.view.height = clientHeight;
     this.canvas.width = Math.round(clientWidth * ratio);
@@ -475,6 +497,12 @@ export class Pane {
 
   paint() {
     this.#stale = false;
+    const now = performance.now(), [slow, resting] = SLOW_FRAME, took = now - this.#painted;
+    this.#painted = now;
+    if (this.#rough && this.#share > SLOW_SHARE && took > slow && took < resting) {
+      this.#share = SLOW_SHARE;
+      this.resized();
+    }
     const {x, y, zoom} = this.view, ratio = this.canvas.width / this.view.width, turn = this.surface?.axes;
     /** @type {PaintedView} */
     const view = {x, y, zoom: zoom * ratio, width: this.canvas.width, height: this.canvas.height, turn};
@@ -528,4 +556,14 @@ export class Pane {
     this.redraw();
     return address;
   }
+}
+
+/**
+ * Return the ratios of red, green and blue of two colours as in SVG, #rrggbb.
+ * @param {string} colour
+ * @param {string} other
+ */
+function ratios(colour, other) {
+  const [parts, others] = [colour, other].map((text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)));
+  return parts.map((part, k) => part / Math.max(others[k], 1));
 }

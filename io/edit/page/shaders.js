@@ -42,7 +42,8 @@ export const SHADERS = {
     out vec3 l;
     flat out vec4 e, f, g;
     void main() {
-      l = vec3(gl_VertexID == 0, gl_VertexID == 1, gl_VertexID == 2);
+      int corner = gl_VertexID % 3;
+      l = vec3(corner == 0, corner == 1, corner == 2);
       e = vec4(b0, b1); f = vec4(b2, d0); g = vec4(d1, d2);
       gl_Position = placed(a0 * l.x + a1 * l.y + a2 * l.z);
     }`, `${COLOUR}

@@ -9,8 +9,8 @@ const STEPS = [
   ['#source', 'This is the source. Click a feature, such as an eye: a pin appears here and where the map takes it.'],
   ['#target', 'This is the result on the target. Drag the pin to where the feature belongs; the map follows.'],
   ['[aria-label=Tools]', 'Tools: place pins, place both ends one after the other, draw a stroke along a line, select.'],
-  ['aside', 'Click a pin to set how large an area around it keeps its form. Below: how the shapes fit, and the history.'],
-  ['#view', 'Compare the result with the target’s own drawing, or with the map before the last change.'],
+  ['aside', 'Click a pin to set how large an area around it keeps its form. Under Advanced: how the shapes fit, figures and the history.'],
+  ['#compare', 'Compare the result with the target’s own drawing, or with the map before the last change.'],
   ['#more', 'Export shows a preview first. Save keeps the pins, so that you can continue later.'],
 ];
 
@@ -18,7 +18,6 @@ export class Tour {
   #step = 0;
 
   constructor() {
-    button('tour-begin').onclick = () => this.begin();
     button('tour-again').onclick = () => {
       document.querySelector('dialog[open]')?.closest('dialog')?.close();
       this.begin();

@@ -73,6 +73,14 @@ export interface Region {
   target: Point[];
 }
 
+/** What pictures show of the target, and the tone that it paints below; empty if they show what it paints. */
+export interface Silhouette {
+  rings?: Point[][];
+  toned?: Point[][];
+  /** Of the paper and of the tone, or empty texts. */
+  colors?: [string, string];
+}
+
 /** Indices of pins and strokes that the map does not meet. */
 export interface Wrong {
   pins?: number[];
@@ -149,15 +157,23 @@ export interface MapMessage {
   figures: Figures;
   wrong: Wrong;
   outlines?: Point[][];
+  silhouette?: Silhouette;
   /** For each pin; null for exact pins. */
   patches?: (Patch | null)[];
   other?: string;
-  /** How many times less the map from scratch is stretched. */
-  gain?: number;
   command?: string;
   /** Indices of the pins that stopped short of where they were dragged, and where all pins are now. */
   short?: number[];
   pins?: Pin[];
+  /** Features of the picture that the map bends, the most bent first. */
+  bent?: Bent[];
+}
+
+/** A feature of the picture: its middle on both sides, and its radius in the source, in file units. */
+export interface Bent {
+  source: [number, number];
+  target: [number, number];
+  radius: number;
 }
 
 /** Both ends of a pin. */
@@ -271,6 +287,8 @@ export interface PaneScene extends Scene {
   failed: boolean;
   /** For each pin; null for exact pins, empty if not known. */
   patches: (Patch | null)[];
+  /** Features of the picture that the map bends. */
+  bent: Bent[];
   /** Index of the pin whose settings are shown. */
   active: number | null;
   /** The first end of a pin whose other end is still to be placed. */

@@ -9,11 +9,14 @@ dxf_drawing    the drawing as DXF
 textured_mesh  the mesh with new texture coordinates
 new_uvs        computing these coordinates
 baked          the texture in the mesh's own layout
+baked_mesh     the mesh with its own layout, and the texture in it
 stmap          the map as a picture
 world_file     where the picture lies on a map of the earth
 saved_map      the map itself, without loss
 handles        the map with a lattice of pins, to edit it
 plot           the figure
+preview        the contact sheet of a textured mesh
+compared       the contact sheet of all fits
 """
 
 from copy import copy
@@ -40,13 +43,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     onto_mesh = job.target is not None and inputs.is_mesh(job.target)
     if job.bake and not onto_mesh:
         raise InputError(f"{job.target or job.source}: --bake needs a mesh as the target")
-    if job.bake and (mesh := next(filter(is_mesh, job.output), None)):
-        raise InputError(
-            f"--bake: makes a picture for the target's own coordinates, but {mesh} would get new ones; leave one of "
-            "the two out"
-        )
-    if job.bake and not (job.stmap or any(is_picture(name) for name in job.output)):
-        raise InputError("--bake: only affects pictures; write one with -o FILE.png")
+    if job.bake and not (job.stmap or any(is_picture(name) or is_mesh(name) for name in job.output)):
+        raise InputError("--bake: only affects pictures and meshes; write one with -o FILE.png or FILE.glb")
     outputs = [_load(_kind(name, job), name) for name in job.output]
     if job.max_line_error and not any(
         formats.of(name).drawing and not formats.of(name).mesh for name in job.output
@@ -63,6 +61,8 @@ def of(job: Job, inputs: Inputs) -> list[Output]:
     for output, map in zip((picture for picture in outputs if is_picture(picture.name)), job.maps):
         output.map = map
     outputs += [_load("plot.Plot", job.plot)] if job.plot else []
+    outputs += [_load("preview.Preview", job.preview)] if job.preview else []
+    outputs += [_load("compared.Compared", job.compare)] if job.compare else []
     outputs += [_load("stmap.STMap", job.stmap)] if job.stmap else []
     for output in outputs:
         output.suit(job, onto_mesh)
@@ -148,7 +148,7 @@ def _kind(name: str, job: Job) -> str:
     """Return the module and class for a file name given by -o."""
     format = formats.of(name)
     if format.mesh:
-        return "textured_mesh.TexturedMesh"
+        return "baked_mesh.BakedMesh" if job.bake else "textured_mesh.TexturedMesh"
     if format.world:
         return "world_file.WorldFile"
     if format.map:

@@ -11,7 +11,7 @@ from ....drawings.drawing import Drawing
 from ....errors import InputError
 from ....polygons import unite
 from ... import formats
-from ...artwork import Frame, carry_frames, check, is_drawn
+from ...artwork import ArtworkFrame, carry_frames, check, is_drawn
 from ...meshes.mesh_files import names_layout
 from ...spec import Spec
 from .. import framing
@@ -61,8 +61,8 @@ class Artwork(Output):
 
     def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the drawing, and note what was cut off or left out."""
-        self.write_faded(run, path, 0.0)
-        return OutputReport()
+        is_empty = self.write_frames([(run, path, 0.0)])
+        return OutputReport({"empty": True} if is_empty else {})
 
     def write_faded(self, run: Run, path: Path, opacity: float) -> None:
         """Write the drawing with what lies outside of the target's painted area at an opacity."""
@@ -74,11 +74,12 @@ class Artwork(Output):
 
     def write_frames(
         self, frames: Sequence[tuple[Run, Path, float]], *, alike: bool = False, on_paper: bool = True
-    ) -> None:
+    ) -> bool:
         """Write frames of a morph, whose paths have the same commands, each with the opacity of what lies outside.
 
         With `alike` all frames have the same elements: masks also where nothing fades, or everything has faded.
-        With `on_paper` paper fills the gaps of a drawing that is its own picture.
+        With `on_paper` paper fills the gaps of a drawing that is its own picture. Returns whether a frame shows
+        nothing of the drawing.
         """
         first = frames[0][0]
         with first.phases.timed("artwork"):
@@ -102,10 +103,12 @@ class Artwork(Output):
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
                 faded = [] if alike or opacity else run.faded
                 artwork_frames.append(
-                    Frame(carried, target, path, painted, opacity, paper, *tone, faded, FADED_OPACITY)
+                    ArtworkFrame(carried, target, path, painted, opacity, paper, *tone, faded, FADED_OPACITY)
                 )
             tolerance = first.job.max_line_error
-            first.note(*carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance))
+            notes, is_empty = carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance)
+            first.note(*notes)
+            return is_empty
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:

@@ -18,6 +18,7 @@ from ....meshes import layout
 from ....pixels.sampler import Sampler
 from ....pixels.texture import Texture
 from ...pictures import image_files
+from ...pictures.image import Image
 from ...pictures.tiles import number_of
 from ...shapes.mesh_shape import MeshShape, as_mesh
 from ...shapes.shape import Shape
@@ -36,37 +37,51 @@ class Baked(Picture):
 
     def check(self, run: Run) -> None:
         """Check the layouts, the texture, memory, and the format."""
-        check_layouts(run, self.tile)
-        checks.texture(run)
-        (width, height), image = size(run), run.image
-        image = image.covered() if leaves_bare(run.job.fit) else image
-        checks.room(run)
-        room = baking.whole_bytes(height, width, image.pixels.shape[2], image.pixels.itemsize)
-        run.room.check(room, BAKED)
-        self.check_format(run, image, width, height)
+        self.check_format(run, *check_bake(run, self.tile))
 
     def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Bake the whole picture, and write it."""
-        options: dict[str, Any] = {"padding": run.job.padding, "max_error": run.job.max_pixel_error}
-        texture_alpha, partial = run.image.alpha, is_partial(run)
-        options |= {"partial": partial, "alpha": partial and texture_alpha < 0}
-        with run.phases.timed("resample"):
-            pixels, figures = bake(
-                parts_of(run),
-                run.sampler,
-                size(run),
-                tiles=run.tiles,
-                tile=self.tile,
-                threads=run.threads,
-                **options,
-            )
-            picture = run.image.with_pixels(
-                pixels, pixels.shape[2] - 1 if options["alpha"] else texture_alpha
-            )
+        picture, figures = baked_picture(run, self.tile)
         bake_report = report_bake(run, figures, self.tile)
         with run.phases.timed("write"):
             image_files.write(path, picture)
         return bake_report
+
+
+def baked_picture(run: Run, tile: complex | None = None) -> tuple[Image, dict[str, Any]]:
+    """Return the texture of a job in the layout of its target, or in a tile of it, and figures for the report."""
+    texture_alpha, partial = run.image.alpha, is_partial(run)
+    marked = partial and texture_alpha < 0
+    with run.phases.timed("resample"):
+        pixels, figures = bake(
+            parts_of(run),
+            run.sampler,
+            size(run),
+            tiles=run.tiles,
+            tile=tile,
+            threads=run.threads,
+            partial=partial,
+            alpha=marked,
+            padding=run.job.padding,
+            max_error=run.job.max_pixel_error,
+        )
+    return run.image.with_pixels(pixels, pixels.shape[2] - 1 if marked else texture_alpha), figures
+
+
+def check_bake(run: Run, tile: complex | None = None) -> tuple[Image, int, int]:
+    """Check the layouts, the texture and memory; return a picture like the baked one, and its width and height.
+
+    Raises:
+        InputError: a layout or the texture is invalid, or there is not enough memory.
+    """
+    check_layouts(run, tile)
+    checks.texture(run)
+    (width, height), image = size(run), run.image
+    image = image.covered() if leaves_bare(run.job.fit) else image
+    checks.room(run)
+    room = baking.whole_bytes(height, width, image.pixels.shape[2], image.pixels.itemsize)
+    run.room.check(room, BAKED)
+    return image, width, height
 
 
 def check_layouts(run: Run, tile: complex | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ....errors import InputError
 from ....pixels.texture import MENDING_BYTES_PER_TEXEL, check_kind, strip_bytes
+from ... import references
 from ...shapes.shape import Shape
 from .. import framing
 from ..state import Run
@@ -14,7 +15,8 @@ def source(run: Run) -> None:
     """Note which texture of a mesh source is used, if any.
 
     Raises:
-        InputError: there are placing options, which are only possible for textures that lie flat.
+        InputError: there are placing options, which are only possible for textures that lie flat; or the mesh's own
+            picture may not be read.
     """
     if not run.source.is_mesh:
         return
@@ -25,6 +27,9 @@ def source(run: Run) -> None:
             "texture; leave it out"
         )
     if not has_texture(run.job, run.source) and not run.job.checkered:
+        unread = next((note for note in run.source.notes if references.OUTSIDE in note), None)
+        if unread:  # a checkerboard in its place would be a surprise
+            raise InputError(f"{run.source.spec}: {unread}, or name another texture with --texture")
         run.note(f"{run.source.spec}: has no texture; name one with --texture")
         return
     pictures = dict.fromkeys(picture for source, _ in run.pairs for picture in source.pictures)

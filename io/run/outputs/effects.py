@@ -88,8 +88,16 @@ def _compares_detail(run: Run, outputs: Outputs) -> bool:
     return job.detail == 0 or (job.exact and has_texture(job, run.source) and run.detail is not None)
 
 
+def _finds_faces(run: Run, outputs: Outputs) -> bool:
+    return run.job.faces == "off" or (run.detail is not None and bool(run.detail.faces))
+
+
 def _has_mesh(run: Run, outputs: Outputs) -> bool:
     return any(shape.is_mesh for pair in run.pairs for shape in pair)
+
+
+def _bakes(run: Run, outputs: Outputs) -> bool:
+    return run.job.bake
 
 
 def _writes_mesh(run: Run, outputs: Outputs) -> bool:
@@ -106,6 +114,7 @@ REQUIREMENTS = (
     Requirement(("size",), _has_size, PICTURE),
     Requirement(("target_box",), _has_box, PICTURE),
     Requirement(("padding",), _has_raster, PICTURE),
+    Requirement(("overlap",), _bakes, "nothing is baked; use --bake"),
     Requirement(
         ("colorspace",),
         _reads_picture,
@@ -125,6 +134,7 @@ REQUIREMENTS = (
         "maps are compared by detail only for a drawing or photo that fills a planar target, in the place where its "
         "file has it, with the balanced method",
     ),
+    Requirement(("faces",), _finds_faces, "no face is found in a photo that fills a planar target"),
     Requirement(("cut_open", "no_cut"), _has_mesh, "none of the shapes is a mesh in space"),
     Requirement(
         ("carry_maps", "subdivide_rim"), _writes_mesh, "no mesh is written; write one with -o FILE.glb"

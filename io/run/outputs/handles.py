@@ -79,7 +79,7 @@ class Handles(Output):
         fit, pair = run.fit, (run.source, run.target)
         if fit.coverage.is_partial:
             raise InputError(
-                "--handles: the map closes a hole without a partner to a slit, which pins do not keep; use "
+                "--handles: not possible where an unmatched hole closes to a slit; use "
                 "--holes cut or --holes fill"
             )
         if not isinstance(fit.map, TriangulatedMap) or not _maps_whole_outlines(fit, pair):

@@ -21,7 +21,7 @@ from ....meshes.flatten import Flattening
 from ....meshes.locate import barycentric
 from ....pixels.stmap import point_of, st_of
 from ....pixels.texture import Texture
-from ....surfaces.as_written import Written
+from ....surfaces.as_written import WrittenCoordinates
 from ....surfaces.boundary_slivers import with_room
 from ...materials.carried_maps import CarriedMaps
 from ...meshes import mesh_files
@@ -47,7 +47,7 @@ class NewUVs:
     """
 
     figures: dict[str, Any]
-    measured: list[Written] = field(default_factory=list)
+    measured: list[WrittenCoordinates] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -85,7 +85,7 @@ def new_uvs(
         InputError: the format cannot hold texture coordinates, or the source has none.
     """
     pulls = [ExtendedInverse(map, threads) for _, map, _ in parts]
-    figures, measured, rim_notes = dict[str, Any](), list[Written](), list[str]()
+    figures, measured, rim_notes = dict[str, Any](), list[WrittenCoordinates](), list[str]()
     if tolerance is not None:
         shapes, maps, sources = zip(*parts)
         # separate ones, because they also count what lies outside
@@ -124,8 +124,8 @@ def new_uvs(
         rounded, patch = mesh_files.as_written(uv, name), target.flattening.patch
         points = np.split(point_of(lying, rounded), np.cumsum([len(part.uv) for part in coordinates])[:-1])
         for z, (part, _, source) in zip(points, parts):
-            measured.append(Written.of(z, part.flattening, source.curve))
-        figures["uv"] = layout.turned_over(rounded[faces])
+            measured.append(WrittenCoordinates.of(z, part.flattening, source.curve))
+        figures["uv"] = layout.turned_over(rounded[faces], patch.points[patch.faces])
         figures["concave_polygons"] = count = concave(rounded, patch)
         if count:
             notes.append(f"{name}: {not_convex(count)}")

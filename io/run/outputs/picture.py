@@ -209,4 +209,6 @@ def _report_pixels(run: Run, colours: Colours, diagnostics: Diagnostics, canvas:
     pixels: dict[str, Any] = {"width": canvas.width, "height": canvas.height, **diagnostics.as_dict()}
     if not has_texture(run.job, run.source):
         pixels["checkerboard"] = True
+    elif run.detail is not None and run.detail.has_paper and not run.detail.fills_box:
+        pixels["paper"] = run.paper
     return OutputReport({"pixels": pixels} | ({"empty": True} if colours.empty else {}))

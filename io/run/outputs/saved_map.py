@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....errors import InputError
-from ....saved.map_file import Plane
+from ....saved.map_file import SavedPlane
 from ..job import Job
 from ..report import OutputReport
 from ..state import Run
@@ -50,11 +50,11 @@ class SavedMap(Output):
         )
 
 
-def plane_of(shape: Shape) -> Plane:
+def plane_of(shape: Shape) -> SavedPlane:
     """Return what the file of a map stores about a shape."""
     name = Path(shape.spec).name
     lying = shape.millimetres, shape.unit, shape.georeference
-    return Plane(shape.curve.z, shape.box, shape.flip, shape.holes, name, *lying)
+    return SavedPlane(shape.curve.z, shape.box, shape.flip, shape.holes, name, *lying)
 
 
 def _plain(value: object) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 from ....errors import InputError
 from ....fits import leaves_bare
 from ....status import Status
-from ....surfaces.as_written import Written
+from ....surfaces.as_written import WrittenCoordinates
 from ... import formats
 from ...meshes import mesh_files
 from ...meshes.mesh_format import ShownPictures
@@ -43,7 +43,7 @@ class TexturedMesh(Output):
             )
         problem = "unknown suffix for -o"
         if formats.of(self.name).mesh:
-            problem = f"{formats.suffix_of(self.name)[1:].upper()} files cannot hold texture coordinates"
+            problem = formats.why_no_coordinates(self.name)
         formats.check(self.name, "uv", problem)
         if leaves_bare(job.fit):
             raise InputError(
@@ -54,9 +54,7 @@ class TexturedMesh(Output):
             raise InputError(f"{self.name}: textures of meshes repeat; use --edge repeat, or --bake")
         if _normal_map(job) is None:
             return
-        if not mesh_files.format_of(self.name).shows_normals:
-            suffix, able = formats.suffix_of(self.name), " or ".join(mesh_files.suffixes_with_materials())
-            raise InputError(f"{self.name}: {suffix[1:].upper()} cannot contain a normal map; use {able}")
+        mesh_files.demand_normal_maps(self.name)
         if job.carry_maps:
             raise InputError(
                 f"{self.name}: --normal and --carry-maps both provide a normal map; leave one of the two out"
@@ -107,7 +105,7 @@ class TexturedMesh(Output):
         return OutputReport(new.figures, parts=measured, message=_message(run, new.measured), files=new.files)
 
 
-def _message(run: Run, measured: list[Written]) -> str | None:
+def _message(run: Run, measured: list[WrittenCoordinates]) -> str | None:
     """Return a sentence if edges of the written layout leave the outline, since the solver only checks vertices."""
     widest = max((written.boundary["hausdorff"] for written in measured), default=0.0)
     if widest <= run.job.tolerance or run.fit.status is not Status.REACHED:
@@ -116,7 +114,7 @@ def _message(run: Run, measured: list[Written]) -> str | None:
     return f"The mesh's vertices are on the outline; the edges between them are {at_most}."
 
 
-def _note_distortion(run: Run, measured: list[Written]) -> None:
+def _note_distortion(run: Run, measured: list[WrittenCoordinates]) -> None:
     """Note what the written coordinates of each part show but the underlying map does not."""
     job = run.job
     for pair, fit, written in zip(run.pairs, run.fits, measured):

@@ -46,16 +46,16 @@ def _lay(surface, u):
         if surface.open[t]:
             laid[3 * t], laid[3 * t + 1], laid[3 * t + 2] = u[a], u[b], u[c]
             continue
-        x, y, turn = surface.axes[t, 0], surface.axes[t, 1], surface.turns[t]
+        x, y, orientation = surface.axes[t, 0], surface.axes[t, 1], surface.orientations[t]
         for k in range(3):
             x[k], y[k] = points[b, k] - points[a, k], points[c, k] - points[a, k]
         length = _normalise(x)
         along = x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
         for k in range(3):
             y[k] -= along * x[k]
-        height = turn * _normalise(y)
+        height = orientation * _normalise(y)
         for k in range(3):
-            y[k] *= turn
+            y[k] *= orientation
         laid[3 * t], laid[3 * t + 1], laid[3 * t + 2] = 0j, complex(length, 0.0), complex(along, height)
 
 

@@ -23,6 +23,7 @@ PAIRS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_fast(PAIRS, 1))
 def test_sizes_become_more_even_and_the_picture_stays_upright(name):
     fits = [iccm.fit(*PAIRS[name], fit="whole", balance=balance) for balance in (0.5, 1.0, 3.0, 10.0)]
@@ -51,6 +52,7 @@ def test_a_bound_that_can_be_met_is_met_at_little_cost_elsewhere(name):
         assert f"is at most {bound:g}" in fit.notes[-1]
 
 
+@pytest.mark.slow
 def test_limiting_corners_are_reported_and_everything_else_meets_the_bound():
     fit = iccm.fit(*PAIRS["square to Texas"], max_dilatation=2.235)
     least, distortion = angle_ratio(fit.map), fit.distortion

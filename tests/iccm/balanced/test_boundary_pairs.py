@@ -14,7 +14,7 @@ from iccm.balanced.search.initial_matches import (
     best_path,
     best_scores,
     elastic_matches,
-    implied_turn,
+    implied_rotation,
     step_gains,
     without_upside_down,
 )
@@ -113,7 +113,7 @@ def test_starts_that_mirror_the_picture_are_omitted():
     matches = arclength_matches(curve, curve)
     kept = without_upside_down(matches, curve, curve)
     assert 3 <= len(kept) < len(matches) and kept[0] is matches[0]
-    assert max(abs(implied_turn(match, curve, curve)) for match in kept) < np.radians(100)
+    assert max(abs(implied_rotation(match, curve, curve)) for match in kept) < np.radians(100)
 
 
 def test_a_rotated_shape_matches_at_its_rotation():

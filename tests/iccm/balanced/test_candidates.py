@@ -8,11 +8,12 @@ import pytest
 from iccm.balanced.errors import Stuck, Tangled
 from iccm.balanced.model.discrete_map import folds
 from iccm.balanced.model.energy import Energy
-from iccm.balanced.model.settings import SolveLog
+from iccm.balanced.model.solution import SolveLog
 from iccm.balanced.search import candidates, initial_matches, levels, multilevel
 from iccm.balanced.search.levels import Level, initial_maps
 from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
+from iccm.options import Options
 
 FLAG = np.array([0, 3, 2.5 + 0.6j, 3.1 + 1.5j, 1 + 1.7j, 0.9 + 3j, 0.2 + 2.9j])
 SHIELD = np.array([-1 + 1j, -1 - 0.2j, -1.3j, 1 - 0.2j, 1 + 1j, 1.2j])
@@ -30,7 +31,7 @@ LEVEL = Level.of(PROBLEM, 0.15, *multilevel.COARSE_EXACTNESS, multilevel.STEEPES
 @pytest.fixture(scope="module")
 def screened():
     matches = initial_matches.candidates(LEVEL.source.curve, LEVEL.target.curve, initial_matches.TURNS)
-    return candidates.screen(initial_maps(LEVEL, matches), PROBLEM.starts)
+    return candidates.screen(initial_maps(LEVEL, matches), PROBLEM.options.effort)
 
 
 def test_equivalent_maps_are_refined_once(screened):
@@ -58,10 +59,10 @@ def test_without_maps_there_is_no_winner():
 
 
 def test_more_starts_are_tried_on_request():
-    level, problem = LEVEL, PROBLEM._replace(starts=3)
+    level, problem = LEVEL, PROBLEM._replace(options=Options(effort=3))
     few, many = (multilevel.correspondences(replace(level, problem=given)) for given in (PROBLEM, problem))
     assert len(many) >= len(few) + 2 * initial_matches.ARCLENGTH_SHIFTS
-    values = [multilevel.coarse_map(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
+    values = [multilevel.best_of_starts(given, 0.15, SolveLog()).value for given in (PROBLEM, problem)]
     assert values[1] <= values[0]
 
 
@@ -72,7 +73,7 @@ def test_fewer_starts_are_tried_where_their_meshes_are_large(monkeypatch):
     every = initial_maps(LEVEL, MATCHES)
     monkeypatch.setattr(levels, "MOST_START_VERTICES", 2.5 * every[0].z.size)
     few = initial_maps(LEVEL, MATCHES)
-    more = initial_maps(replace(LEVEL, problem=PROBLEM._replace(starts=2)), MATCHES)
+    more = initial_maps(replace(LEVEL, problem=PROBLEM._replace(options=Options(effort=2))), MATCHES)
     assert len(few) == 3 < len(more) < len(every)
     for state, first in zip(few, every):
         np.testing.assert_array_equal(state.u, first.u)

@@ -32,12 +32,14 @@ def off_line(fit, stroke=0):
     return b.distances(image).max()
 
 
+@pytest.mark.slow
 def test_pins_inside_are_met():
     pins = [(0.3 + 0.3j, 0.3 + 0.5j), (0.7 + 0.3j, 1.5 + 0.4j), (0.3 + 0.7j, 0.6 + 1.7j)]
     fit = iccm.fit(SQUARE, ELL, exact_pins=True, pins=pins)
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
 
 
+@pytest.mark.slow
 def test_pins_far_from_where_the_map_has_them():
     fit = iccm.fit(SQUARE, TEE, exact_pins=True, pins=[(0.5 + 0.8j, 0.5 + 0.2j)])
     assert fit.status is Status.REACHED and max(errors(fit)) < 1e-9 and one_to_one(fit)
@@ -50,6 +52,7 @@ def test_pins_rotate_the_picture():
     assert fit.report()["stretch"]["p95"] < 1.05
 
 
+@pytest.mark.slow
 def test_pins_on_the_outline_and_inside():
     pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j), (0.4 + 0.4j, 0.5 + 0.8j)]
     fit = iccm.fit(SQUARE, TEE, exact_pins=True, pins=pins)
@@ -118,6 +121,7 @@ def plain():
     return iccm.fit(SQUARE, ELL, fit="whole")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fresh", [True, False])
 def test_a_map_continues_from_an_earlier_one(fresh):
     """On the same mesh if the pins are the same points of the source, else on another."""
@@ -131,6 +135,7 @@ def test_a_map_continues_from_an_earlier_one(fresh):
     assert second.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]
 
 
+@pytest.mark.slow
 def test_continuing_without_a_change_changes_little():
     first = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)])
     second = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)], start=first.map)
@@ -138,6 +143,7 @@ def test_continuing_without_a_change_changes_little():
     assert np.abs(first.map(z) - second.map(z)).max() < 0.01
 
 
+@pytest.mark.slow
 def test_a_kept_start_is_the_result_if_it_meets_the_pins():
     first = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.8j)])
     pins = [(0.4 + 0.4j, 0.52 + 0.8j)]  # within the tolerance of a soft pin
@@ -151,6 +157,7 @@ def test_a_kept_start_is_the_result_if_it_meets_the_pins():
     assert solved.status is Status.REACHED and np.abs(first.map(z) - solved.map(z)).max() > 0.1
 
 
+@pytest.mark.slow
 def test_keeping_needs_a_start_and_applies_to_maps_onto_a_target(plain):
     with pytest.raises(InputError, match="keep_start: needs"):
         iccm.fit(SQUARE, ELL, keep_start=True)
@@ -160,6 +167,7 @@ def test_keeping_needs_a_start_and_applies_to_maps_onto_a_target(plain):
         iccm.fit(SQUARE, ELL, method="conformal", keep_start=True)
 
 
+@pytest.mark.slow
 def test_continuing_after_outline_pins_slid_and_with_strokes(plain):
     pins = [(0.5, 0.5 + 0j), (0.5 + 1j, 0.2 + 1j)]
     first = iccm.fit(SQUARE, TEE, pins=pins)
@@ -189,6 +197,7 @@ def test_a_path_avoids_obstacles():
     assert np.abs(line.at(np.linspace(0, line.length, 300)) - 0.5 - 0.5j).min() > 0.1
 
 
+@pytest.mark.slow
 def test_pins_that_change_places_are_led_around_each_other():
     pins = [(0.35 + 0.5j, 0.65 + 0.5j), (0.65 + 0.5j, 0.35 + 0.5j), (0.5 + 0.15j, 0.5 + 0.15j)]
     fit = iccm.fit(SQUARE, SQUARE, exact_pins=True, pins=pins)
@@ -281,6 +290,7 @@ def test_strokes_from_outline_to_outline_part_the_shape():
         )
 
 
+@pytest.mark.slow
 def test_a_stroke_across_is_met_in_the_mirror():
     boot = np.array([0, 2, 2.3 + 0.7j, 1 + 1j, 1 + 2j, 2j])
     stroke = np.array([0.5, 0.6 + 0.5j, 0.5j + 0.5, 0.8j]), np.array([0.8, 0.7 + 0.6j, 0.9j])
@@ -400,13 +410,13 @@ def test_no_smaller_triangles_are_tried_for_a_map_that_pins_make_useless(monkeyp
     one with pins in each direction.
     """
     searches = []
-    coarse_map = multilevel.coarse_map
+    search = multilevel.best_of_starts
 
     def refused(*args):
         raise Stuck("folds")
 
     monkeypatch.setattr(
-        multilevel, "coarse_map", lambda *args, **kwargs: searches.append(1) or coarse_map(*args, **kwargs)
+        multilevel, "best_of_starts", lambda *args, **kwargs: searches.append(1) or search(*args, **kwargs)
     )
     monkeypatch.setattr(multilevel, "fine_map", refused)
     strip = np.array([0, 40, 40 + 0.2j, 0.2j])

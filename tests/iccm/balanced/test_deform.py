@@ -67,6 +67,7 @@ def test_a_bar_closes_to_a_ring_in_five_edits(step):
     assert turned(fit.map(MIDDLE)) == pytest.approx(5 * step * 0.9, rel=0.1)
 
 
+@pytest.mark.slow
 def test_more_than_one_turn_is_right_only_from_an_earlier_map():
     first = None
     for angle in (120, 240, 330, 420):
@@ -163,6 +164,7 @@ def test_two_points_may_be_pinned_to_one_place():
     assert fit.status is Status.OVERLAP and error(fit) < 1e-9
 
 
+@pytest.mark.slow
 def test_overlaps_show_the_layer_farther_from_the_first_pin():
     """With the bar's ends one over the other: of two triangles that cover the same point, the later one is visible."""
     pins = np.array([(0.1 + 0.5j, 0.5j), (5.9 + 0.5j, 0.2 + 0.5j), (3 + 0.5j, 3 + 2j)])
@@ -191,6 +193,7 @@ def test_bounds_hold_for_the_drawn_mesh():
     assert iccm.deform(SQUARE, exact_pins=True, pins=pins, max_dilatation=1.01).status is Status.BOUNDS
 
 
+@pytest.mark.slow
 def test_unmet_pins_are_reported_with_their_distance():
     pins = [*zip(CORNERS, CORNERS), (0.9 + 1j, 1 + 1j), (1.1 + 1j, 1 + 1j)]
     fit = iccm.deform(SQUARE, exact_pins=True, pins=pins)

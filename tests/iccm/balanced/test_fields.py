@@ -34,6 +34,7 @@ def test_constant_fields_change_nothing(name):
     assert abs(even.map(1 + 0.8j) - plain.map(1 + 0.8j)) < 0.02 * plain._diagonal
 
 
+@pytest.mark.slow
 def test_distortion_avoids_important_places():
     y, x = np.mgrid[BOX[1].imag : BOX[0].imag : 60j, BOX[0].real : BOX[1].real : 60j]
     matters = np.exp(-((x - 1) ** 2 + (y - 0.9) ** 2) / 0.3)
@@ -46,6 +47,7 @@ def test_distortion_avoids_important_places():
     assert worst[1] < 0.5 * worst[0] and worst[1] == pytest.approx(worst[2], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_halves_of_a_bar_get_the_requested_areas():
     sizes = np.ones((4, 400))
     sizes[:, 200:] = np.sqrt(3)  # three quarters of the area

@@ -8,7 +8,7 @@ import shapely
 
 import iccm
 from iccm.arrays import xy_of
-from iccm.balanced import Settings, solve
+from iccm.balanced import solve
 from iccm.balanced.errors import Stuck
 from iccm.balanced.holes.given import hole_at
 from iccm.balanced.holes.outlines import outlines_of
@@ -20,11 +20,12 @@ from iccm.balanced.search import initial_matches
 from iccm.balanced.search.hole_partners import Partners
 from iccm.curve import Curve, hausdorff
 from iccm.maps.triangulated.simple import fault
+from iccm.options import Options
 from iccm.plane import orientation
 from iccm.problem import Problem
 from tests.cases import slow, some_fast
 
-SMALL = Settings(triangles=1200)
+SMALL = 1200  # triangles
 STEPS = np.exp(2j * np.pi * np.arange(48) / 48)
 
 
@@ -53,9 +54,13 @@ PAIRS = {
 }
 
 
-def solved(source, target, settings=SMALL, partners=()):
+def solved(source, target, turn=None, partners=()):
     problem = Problem.of(source[0], target[0]).between(holes=(source[1], target[1]))
-    return solve(replace(problem, hole_partners=tuple(partners)), settings)
+    return solve(
+        replace(problem, holes=problem.holes._replace(partners=tuple(partners))),
+        Options(fit="whole", turn=turn),
+        triangles=SMALL,
+    )
 
 
 def area(z, faces):
@@ -136,13 +141,14 @@ def test_similar_domains_have_the_similarity():
         Curve(factor * FACE[0].z + shift),
         tuple(Curve(factor * hole.z + shift) for hole in FACE[1][::-1]),
     )
-    solution = solved(FACE, moved, replace(SMALL, turn=None))
+    solution = solved(FACE, moved, "any")
     assert np.abs(factor * solution.map.source + shift - solution.map.image).max() < 1e-8
     assert solution.partners == ((2, 0), (1, 1), (0, 2)) and solution.energy == pytest.approx(1, abs=1e-9)
     shifted = FACE[0], tuple(Curve(hole.z + 0.02) for hole in FACE[1])
     assert solved(FACE, shifted).energy > 1 + 1e-5
 
 
+@pytest.mark.slow
 def test_moving_and_mirroring_both_shapes_changes_nothing():
     blob = domain(STEPS * (1 + 0.2 * (STEPS**3).real + 0.2 * (STEPS**2).imag), 0.3 * STEPS - 0.1 + 0.2j)
     plain = solved(blob, RING)
@@ -216,6 +222,7 @@ def test_the_library_takes_holes_and_reports_the_gap_of_each(fit):
     assert np.abs(back - [0.1 + 0.05j, 0.8]).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_pins_in_holes_name_partners_and_others_are_met():
     options = {"source_holes": [h.z for h in FACE[1]], "target_holes": [h.z for h in MASK[1]]}
     pins = [[-0.4 + 0.3j, 0.45 + 0.5j], [0.1, 0.05 + 0.1j]]
@@ -280,6 +287,7 @@ def test_a_map_with_holes_continues_from_an_earlier_one(pair, pin):
     assert (again.map.source.size == first.map.source.size) == same_mesh
 
 
+@pytest.mark.slow
 def test_a_start_with_other_holes_is_refused():
     plain, options = iccm.fit(FACE[0].z, MASK[0].z), given_holes(FACE, MASK)
     with pytest.raises(iccm.InputError, match=r"start: .* other holes"):

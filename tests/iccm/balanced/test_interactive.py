@@ -10,9 +10,9 @@ from iccm.balanced import interactive
 from iccm.balanced.errors import NoMapError
 from iccm.balanced.interactive import BUDGET_TRIANGLE_STEPS, STEPS_PER_MESH, Live
 from iccm.balanced.minimise import newton
-from iccm.balanced.model.settings import Settings
 from iccm.curve import Curve
 from iccm.errors import InputError
+from iccm.options import Options
 from iccm.pins import Softness
 from tests import shapes
 
@@ -23,7 +23,7 @@ def begun(mirror=False):
     fit = iccm.fit(source, target)
     inner = fit._interior[:: fit._interior.size // 3][:3]
     pins = np.column_stack([inner, fit.map(inner)])
-    return fit, Live.of(fit, Settings(), pins), pins
+    return fit, Live.of(fit, Options(), pins), pins
 
 
 def sound(live, pins):
@@ -106,7 +106,7 @@ def test_holes_go_along():
     inner = {"source_holes": [0.3 * shapes.circle(40)], "target_holes": [0.2 + 0.5 * shapes.circle(50)]}
     fit = iccm.fit(z, w, **inner)
     pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0] * np.exp(0.05j)]])
-    live = Live.of(fit, Settings(), pins)
+    live = Live.of(fit, Options(), pins)
     found = sound(live, pins)
     assert len(found.loops) == 2
     rim = found.image[found.loops[1]]
@@ -121,7 +121,7 @@ def test_a_hole_without_partner_is_followed_too(more):
     fit = iccm.fit(shapes.pear(), shapes.blob(), **{more: [0.25 * shapes.circle(40)]})
     z = 0.6j
     pins = np.array([[z, fit.map(np.array([z]))[0]]])
-    live = Live.of(fit, Settings(), pins)
+    live = Live.of(fit, Options(), pins)
     assert live.met
     pins[0, 1] += 0.05
     assert live.follow(pins).met
@@ -144,10 +144,11 @@ def test_a_drag_waits_for_a_new_mesh_and_lags_behind_without_folds(side):
     sound(live.follow(pins), pins)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_step_of_a_drag_keeps_to_its_budget_and_goes_on_with_the_next(side, monkeypatch):
     fit, _, pins = begun()
-    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins, exact_pins=True), Settings(), pins)
+    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins, exact_pins=True), Options(), pins)
     assert live.met and not live.coarse
     descend, made = newton.descend, []
 
@@ -175,7 +176,7 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     fit = iccm.fit(shapes.pear(), shapes.blob(), **hole)
     pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0]]])
     fit = iccm.fit(shapes.pear(), shapes.blob(), exact_pins=True, pins=pins, **hole)
-    live = Live.of(fit, Settings(), pins)
+    live = Live.of(fit, Options(), pins)
     for _ in range(4):
         pins[0, 1] += 0.02
         live = live.follow(pins, dragged=True)
@@ -189,34 +190,37 @@ def test_a_map_with_a_filled_hole_rests_on_the_mesh_it_was_dragged_on(more, side
     assert np.nanquantile(np.abs(rested.map(z) - seen(z)), 0.95) < 0.01 * fit._diagonal
 
 
+@pytest.mark.slow
 def test_a_drag_begins_where_the_last_one_ended_also_around_a_hole_of_the_target():
     outlines, holes = (shapes.pear(), shapes.blob()), [0.25 * shapes.circle(40)]
     fit = iccm.fit(*outlines, target_holes=holes)
     pins = np.array([[0.6j, fit.map(np.array([0.6j]))[0]]])
-    live = Live.of(fit, Settings(), pins, softness=soft(pins))
+    live = Live.of(fit, Options(), pins, softness=soft(pins))
     pins[0, 1] += 0.1
     live = live.follow(pins, softness=soft(pins))
     kept = iccm.fit(*outlines, target_holes=holes, pins=pins, start=live.start, keep_start=True)
-    begun_again = Live.of(kept, Settings(), pins, softness=soft(pins), covering_map=live.start, dragged=True)
+    begun_again = Live.of(kept, Options(), pins, softness=soft(pins), covering_map=live.start, dragged=True)
     z = fit._interior
     away = np.abs(begun_again.map(z) - live.map(z))
     assert begun_again.state.fills_holes and np.nanquantile(away, 0.95) < 0.01 * fit._diagonal
 
 
+@pytest.mark.slow
 def test_a_drag_begins_on_the_mesh_of_the_map_from_scratch_around_a_hole_of_the_target():
     holes = [0.1 + 0.25 * shapes.circle(40)]
     given = shapes.pear(), shapes.blob()
     pins = np.array([[0.6j, 0.65j]])
     fit = iccm.fit(*given, target_holes=holes, pins=pins, exact_pins=True)
-    live = Live.of(fit, Settings(), pins, dragged=True)
+    live = Live.of(fit, Options(), pins, dragged=True)
     assert live.state.fills_holes and len(live.map.faces) == len(fit.map.faces)
     away = np.abs(live.map(fit._interior) - fit.map(fit._interior))
     assert np.nanquantile(away, 0.95) < 2e-3 * fit._diagonal
 
 
+@pytest.mark.slow
 def test_a_map_stays_on_its_mesh_where_it_would_fold_on_a_new_one(monkeypatch):
     fit, _, pins = begun()
-    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins, exact_pins=True), Settings(), pins)
+    live = Live.of(iccm.fit(fit.source, fit.target, pins=pins, exact_pins=True), Options(), pins)
     faces = live.state.faces
 
     def refuse(*args, **options):
@@ -243,9 +247,10 @@ def soft(pins, **settings):
 
 def begun_softly():
     fit, _, pins = begun()
-    return Live.of(fit, Settings(), pins, softness=soft(pins)), pins
+    return Live.of(fit, Options(), pins, softness=soft(pins)), pins
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [0, 1])
 def test_soft_pins_are_followed_on_the_mesh_of_the_map(side):
     live, pins = begun_softly()
@@ -259,6 +264,7 @@ def test_soft_pins_are_followed_on_the_mesh_of_the_map(side):
     assert (gap < 2 * live.patches.softness.tolerances).all()
 
 
+@pytest.mark.slow
 def test_what_is_released_is_the_map_that_was_dragged_to():
     live, pins = begun_softly()
     pins = pins + 0j
@@ -283,7 +289,7 @@ def test_a_soft_pin_more_needs_no_other_mesh():
 def test_exact_pins_go_with_soft_ones():
     fit, _, pins = begun()
     softness = Softness.of([iccm.Pin(*pins[0], radius=0), iccm.Pin(*pins[1]), iccm.Pin(*pins[2])])
-    live = Live.of(fit, Settings(), pins, softness=softness)
+    live = Live.of(fit, Options(), pins, softness=softness)
     pins = pins + 0j
     pins[0, 1] *= 0.95
     live = live.follow(pins, softness=softness)

@@ -101,7 +101,7 @@ def test_newton_finds_the_identity():
 
 
 def test_newton_decreases_the_energy_and_never_folds():
-    state = begun(SQUARE, ELL, 0.3).unfolded()
+    state = begun(SQUARE, ELL, 0.3).unfold_from_harmonic()
     energies = []
     for _ in range(12):
         state = state.forward(1.0, 1, 1e-9, corners=False)
@@ -115,14 +115,14 @@ def test_newton_decreases_the_energy_and_never_folds():
 
 
 def test_a_wide_box_is_not_worse_than_the_affine_map():
-    state = begun(SQUARE, WIDE, 0.0).unfolded().forward(1.0, 40, 1e-10, corners=False)
+    state = begun(SQUARE, WIDE, 0.0).unfold_from_harmonic().forward(1.0, 40, 1e-10, corners=False)
     affine = 0.5 * (4**2 + 1) / 4 * 1.0  # p/d of the singular values 2 and 1/2
     outline = 0.02 * 0.5 * 2 * (2 + 0.5 + 0.5 + 2)
     assert state.value <= affine + outline + 1e-9
 
 
 def test_the_inverse_is_minimised_by_the_same_steps():
-    state = begun(SQUARE, ELL, 0.3).unfolded().forward(1.0, 20, 1e-8, corners=False)
+    state = begun(SQUARE, ELL, 0.3).unfold_from_harmonic().forward(1.0, 20, 1e-8, corners=False)
     better = state.backward(1.0, 8, 1e-9)
     assert better.value <= state.value + 1e-12
     assert np.array_equal(better.u, state.u) and folds(better.faces, better.z) == 0
@@ -130,7 +130,7 @@ def test_the_inverse_is_minimised_by_the_same_steps():
 
 def test_folds_are_undone_with_the_outline_held():
     start = begun(SQUARE, ELL, 0.8)
-    end = start.unfolded()
+    end = start.unfold_from_harmonic()
     assert folds(start.faces, start.u) > 0 and folds(end.faces, end.u) == 0
     assert np.array_equal(end.u[: end.border], start.u[: start.border])
 
@@ -156,19 +156,19 @@ def test_the_harmonic_start_is_the_mean_of_its_neighbours_by_half_cotangents():
 def test_images_are_moved_to_the_outline_with_little_change_inside():
     start = begun(SQUARE, SQUARE)
     pushed = start.z * 1.02
-    moved = start.moved_to_border(pushed)
+    moved = start.move_to_border(pushed)
     assert np.array_equal(moved.u[: moved.border], start.u[: start.border])
     middle = np.argmin(np.abs(start.z))
     assert moved.u[middle] == pytest.approx(pushed[middle], abs=1e-3) and folds(moved.faces, moved.u) == 0
 
 
 def test_a_fold_is_undone_where_it_is():
-    state = begun(SQUARE, ELL, 0.3, size=0.05).unfolded()
+    state = begun(SQUARE, ELL, 0.3, size=0.05).unfold_from_harmonic()
     middle = state.border + int(np.argmin(np.abs(state.z[state.border :])))
     u = state.u.copy()
     u[middle] += 0.2
     bad = replace(state, u=u)
-    unfolded = bad.unfolded(harmonic=False)
+    unfolded = bad.unfold_locally()
     assert folds(bad.faces, bad.u) > 0 and folds(unfolded.faces, unfolded.u) == 0
     moved = np.abs(unfolded.z[unfolded.u != bad.u] - unfolded.z[middle])
     assert moved.size > 0 and moved.max() < 0.4

@@ -130,6 +130,7 @@ def test_cover_is_the_inverse_of_contain():
     assert back.report()["boundary"]["hausdorff"] < 5e-4
 
 
+@pytest.mark.slow
 def test_a_fit_that_leaves_parts_out_keeps_all_where_that_costs_less(u_onto_square):
     assert u_onto_square.details.filled is not None
     whole, contained = (iccm.fit(SQUARE, DISC, fit=name) for name in ("whole", "contain"))
@@ -168,6 +169,7 @@ def test_pins_are_met_by_partial_maps():
     assert np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pair", "name"), [((U, SQUARE), "contain"), ((SQUARE, HOOK), "cover")])
 def test_the_lost_part_has_the_reported_area_and_is_hatched(pair, name):
     fit = iccm.fit(*pair, fit=name)
@@ -181,6 +183,7 @@ def test_the_lost_part_has_the_reported_area_and_is_hatched(pair, name):
     assert hatched[name == "contain"] > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pins, partial", [([[-3, 0], [3, 4]], True), ([[-3, 0], [1j, 2 + 4j]], False)])
 def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial):
     fit = iccm.fit(U, SQUARE, pins=pins, fit="contain")
@@ -190,6 +193,7 @@ def test_bays_are_filled_but_for_those_where_the_outline_is_pinned(pins, partial
     assert (fit.report()["stretch"]["p95"] < GOOD_STRETCH_P95) == partial
 
 
+@pytest.mark.slow
 def test_holes_are_ignored_where_that_costs_less():
     """A hole at the left end of a block is not mapped to one at the right end of another."""
     block = Curve.domain(np.array([-4 - 1j, 4 - 1j, 4 + 1j, -4 + 1j]))

@@ -6,8 +6,6 @@ import sys
 
 import pytest
 
-from iccm.native.library import library
-
 SOLVE = """
 import hashlib
 import numpy as np
@@ -19,10 +17,7 @@ print(hashlib.sha256(iccm.fit(iccm.Curve(flower), iccm.Curve([0, 3, 3 + 2j, 2j])
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(
-    library().iccm_runtime_x86_64_level() < 3, reason="the core has one variant for this processor"
-)
-def test_a_processor_without_fused_products_makes_the_same_map():
+def test_a_processor_without_fused_products_makes_the_same_map(all_variants):
     """The core is the variant for the first x86-64 processors; NumPy's and OpenBLAS' loops are those for old ones,
     too.
     """

@@ -42,6 +42,7 @@ def flips(state: DiscreteMap) -> list[np.ndarray]:
     return flipped_edges
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("q", some_fast([1.0, 3.0], {3.0}))
 def test_no_flip_of_an_edge_lowers_the_energy_any_further(q):
     before = square_onto_bar()
@@ -98,7 +99,7 @@ def test_edges_of_strokes_stay():
         ends = np.array([-0.08, 0.08]) * turn
         inside = InnerConstraints.of_pins(np.stack([ends, ends], axis=1))
         stroke = inside._replace(links=np.array([1, -1]))
-        state = mesh_boundary(level.boundary(match), Sizes.even(0.01), stroke).unfolded()
+        state = mesh_boundary(level.boundary(match), Sizes.even(0.01), stroke).unfold_from_harmonic()
         edge = state.border + np.arange(2)
         assert is_edge(state.faces, edge) and is_edge(flip_edges(state, 3.0).faces, edge)
         lost += not is_edge(flip_edges(replace(state, inside=inside), 3.0).faces, edge)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced.holes.given import NONE, Holes
+from iccm.balanced.model.energy import Energy
 from iccm.balanced.model.mesh_map import MeshMap
-from iccm.balanced.search.rounding import GRID_SPACING, on_grid, restore_outline, rounded
+from iccm.balanced.search.rounding import GRID_SPACING, restore_outline, rounded, snap_to_coarse_grid
+from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
+from iccm.problem import NO_HOLES, Holes
 from tests.cases import slow
 from tests.shapes import arrow, ell
 
@@ -27,17 +29,19 @@ def unit(z, size=1.0):
 
 def test_noise_is_rounded_away():
     domains = unit(shaken(arrow())), unit(shaken(ell()))
-    first = rounded(*domains, NONE)
-    again = rounded(*(Curve(shaken(np.roll(c.z, 2))) for c in domains), NONE)
-    for curve, repeated in zip(first[:2], again[:2]):
-        assert np.array_equal(curve.z, repeated.z) and np.array_equal(curve.z, on_grid(curve.z))
+    first = rounded(UnitProblem(*domains, Energy()))
+    again = rounded(UnitProblem(*(Curve(shaken(np.roll(c.z, 2))) for c in domains), Energy()))
+    for curve, repeated in ((first.source, again.source), (first.target, again.target)):
+        assert np.array_equal(curve.z, repeated.z) and np.array_equal(curve.z, snap_to_coarse_grid(curve.z))
 
 
 def test_outlines_that_would_touch_stay_as_they_are():
     square = unit(SQUARE)
     holes = [Curve(0.5 + 0.5j + d + 0.2 * SQUARE[::-1]) for d in (0, 0.2 + 0.05 * GRID_SPACING)]
-    arguments = square, square, Holes(tuple(holes), ())
-    assert rounded(*arguments) == arguments
+    problem = UnitProblem(square, square, Energy(), holes=Holes(tuple(holes)))
+    assert rounded(problem) is problem
+    pins = np.array([[0.2 + 0.3j, 0.1], [0.2 + 0.3j + 0.1 * GRID_SPACING, 0.3]])
+    assert rounded(problem._replace(holes=NO_HOLES, pins=pins)).pins is pins  # both would be at one place
 
 
 @pytest.mark.parametrize("pins", [slow(None), slow(PINS[:1]), PINS], ids=["free", "pin", "pins"])
@@ -56,7 +60,7 @@ def test_noise_does_not_move_a_map(pins):
 
 def strip(width):
     """Two triangles on the grid, with the middle of the long sides between given vertices."""
-    z = on_grid(np.array([0, 0.5, 1, 1 + 1j * width, 0.5 + 1j * width, 1j * width]))
+    z = snap_to_coarse_grid(np.array([0, 0.5, 1, 1 + 1j * width, 0.5 + 1j * width, 1j * width]))
     return z, np.array([[0, 1, 5], [1, 4, 5], [1, 2, 4], [2, 3, 4]])
 
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import iccm
-from iccm.balanced import fit as balanced
 from iccm.balanced.interactive import Live
 from iccm.balanced.minimise.soft_pins import QUADRATURE, SoftPins, Spring
 from iccm.balanced.model.energy import Energy
-from iccm.balanced.model.settings import Settings
 from iccm.balanced.search import final_mesh
+from iccm.options import Options
 from iccm.pins import RADIUS_PIN_DISTANCES, RADIUS_SHARE, Pin, Softness, choose_radii
 from tests import shapes
 
@@ -157,6 +156,7 @@ def _areas(z, faces):
     return ((b - a).conj() * (c - a)).imag / 2
 
 
+@pytest.mark.slow
 def test_pins_come_close_and_maps_stay_smooth():
     soft = iccm.fit(EGG, PEAR, pins=PINS)
     exact = iccm.fit(EGG, PEAR, pins=PINS, exact_pins=True)
@@ -182,6 +182,7 @@ def test_smaller_tolerances_bring_pins_closer():
     assert missed[-1] < 0.2 * missed[0]
 
 
+@pytest.mark.slow
 def test_a_radius_of_zero_is_exact_for_that_pin_alone():
     pins = [iccm.Pin(*PINS[0], radius=0), iccm.Pin(*PINS[1]), PINS[2].tolist()]
     fit = iccm.fit(EGG, PEAR, pins=pins)
@@ -189,6 +190,7 @@ def test_a_radius_of_zero_is_exact_for_that_pin_alone():
     assert missed[0] < 1e-9 * DIAGONAL < missed[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", [PEAR, STAR], ids=["pear", "star"])
 def test_a_patch_is_rotated_and_scaled_as_requested(target):
     pins = [iccm.Pin(PINS[0, 0], PINS[0, 1] / 2, radius=14, turn=35, scale=0.7)]
@@ -233,16 +235,11 @@ def test_deformations_converge_as_meshes_are_refined(monkeypatch):
     """For maps onto a target, this would only measure the correspondence of the outlines, which depends on their
     vertices.
     """
-    settings_of = balanced.settings_of
 
     def steps(**options):
         images = []
         for triangle_count in (1500, 6000, 24000):
-            monkeypatch.setattr(
-                balanced,
-                "settings_of",
-                lambda given, n=triangle_count: replace(settings_of(given), triangles=n),
-            )
+            monkeypatch.setattr("iccm.balanced.deform.method.FINAL_TRIANGLES", triangle_count)
             images.append(iccm.deform(EGG, pins=PINS, **options).map(PROBES))
         return [np.abs(after - before).max() / DIAGONAL for before, after in pairwise(images)]
 
@@ -388,6 +385,7 @@ def test_a_pin_pulled_far_is_met_within_its_tolerance():
     assert fit.report()["pins"][0]["tolerance"] == pytest.approx(0.02 / fit._diagonal)
 
 
+@pytest.mark.slow
 def test_a_saved_map_knows_how_its_pins_hold(tmp_path):
     square = np.array([0, 2, 2 + 1j, 1j])
     fit = iccm.fit(
@@ -455,13 +453,14 @@ def test_springs_are_made_stiffer_until_pins_are_met_or_blocked(misses, values, 
     assert final_mesh.follow_pins(Pulled(misses, values), lambda state: state).rounds == rounds
 
 
+@pytest.mark.slow
 def test_springs_of_a_converged_map_are_found_again():
     source, target = shapes.pear(), shapes.blob()
     free = iccm.fit(source, target)
     inner = np.array([0.2 + 0.1j, -0.3 - 0.2j])
     pairs = np.column_stack([inner, free.map(inner) - np.array([0.7, 0.0])])
     softness = Softness.of([Pin(0, 0, tolerance=0.05), Pin(0, 0, tolerance=0.5)])
-    live = Live.of(free, Settings(), pairs, softness=softness)
+    live = Live.of(free, Options(), pairs, softness=softness)
     for _ in range(30):
         live = live.follow(pairs, softness=softness)
     pins = live.state.energy.pins

@@ -10,7 +10,7 @@ from iccm.balanced.minimise.energy import NO_SLOTS, RestShapes, geometry
 from iccm.balanced.minimise.upright import Upright, rotation_cost, rotation_derivatives, rotation_factor
 from iccm.balanced.model.boundary_pairs import Match
 from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
-from iccm.balanced.model.measures import turn_of
+from iccm.balanced.model.measures import mean_rotation
 from iccm.balanced.search.levels import Level
 from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.curve import Curve
@@ -38,7 +38,7 @@ def test_a_similarity_costs_as_much_as_its_rotation():
     z, faces, rest_shapes = mesh()
     for turn in (0.0, 0.4, np.pi):
         u = 1.7 * np.exp(1j * turn) * z + 2
-        assert turn_of(z, u, faces) == pytest.approx(turn, abs=1e-12)
+        assert mean_rotation(z, u, faces) == pytest.approx(turn, abs=1e-12)
         cost = rotation_factor(Upright.of(rest_shapes, z.size, 3.0), u, 2.0)
         assert cost == pytest.approx((1 + 1.5 * (1 - np.cos(turn))) ** 2)
         assert rotation_cost(3.0, np.cos(turn)) ** 2 == pytest.approx(cost)
@@ -47,7 +47,7 @@ def test_a_similarity_costs_as_much_as_its_rotation():
 def test_the_inverse_map_rotates_in_the_opposite_direction():
     z, faces, _ = mesh()
     u = np.exp(0.3j) * (z + 0.1 * z.conj() ** 2)
-    assert turn_of(u, z, faces) == pytest.approx(-turn_of(z, u, faces), abs=1e-12)
+    assert mean_rotation(u, z, faces) == pytest.approx(-mean_rotation(z, u, faces), abs=1e-12)
 
 
 def test_derivatives_by_differences():
@@ -87,7 +87,9 @@ def test_newton_lowers_the_cost_of_the_rotation():
         even = np.linspace(0, 1, 9)
         match = Match(even * level.source.length, (even + 0.1) * level.target.length)
         state = level.started(match).forward(1.0, 60, 1e-9)
-        turned.append((abs(state.turn), replace(state, energy=WITHOUT_ROTATION).forward(1.0, 1, 1e-9).value))
+        turned.append(
+            (abs(state.rotation), replace(state, energy=WITHOUT_ROTATION).forward(1.0, 1, 1e-9).value)
+        )
     assert turned[1][0] < np.radians(3) < np.radians(20) < turned[0][0]
     assert turned[0][1] < turned[1][1]
 

@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 
 from iccm.arrays import complex_of
 from iccm.cartograms import areas
-from iccm.cartograms.areas import OBJECTIVE, Regions, match_areas
+from iccm.cartograms.areas import OBJECTIVE, RegionMesh, match_areas
 from iccm.cartograms.mesh import mesh_of
 from iccm.cartograms.method import SMALLEST_AREA_SHARE, areas_for, cartogram
 from iccm.errors import InputError
@@ -55,6 +55,7 @@ def test_a_disc_in_a_ring_becomes_the_disc_of_its_area():
     assert radii == pytest.approx(np.sqrt(outer.area / 2 / np.pi), rel=0.03)
 
 
+@pytest.mark.slow
 def test_neighbours_without_common_vertices_are_matched():
     left = shapely.Polygon([(0, 0), (2, 0), (2, 3), (0, 3)])
     above, below = (
@@ -75,6 +76,7 @@ def test_holes_islands_and_parts_that_touch_in_a_point():
     assert len(regions[0].interiors) == 2 and len(shapely.get_parts(regions[2])) == 2
 
 
+@pytest.mark.slow
 def test_values_that_are_missing_or_zero():
     source_areas = np.array([1.0, 2.0, 1.0])
     assert areas_for(np.array([3.0, np.nan, 1.0]), source_areas) == pytest.approx([1.5, 2.0, 0.5])
@@ -95,7 +97,7 @@ def test_the_derivatives_of_areas():
     mesh = mesh_of(points, np.array(edges))
     inside = shapely.contains_xy(shapely.Polygon([(0, 0), (2, 0), (2, 1), (0, 1.2)]), *_xy(mesh))
     region = np.where(inside, 0, -1)
-    regions = Regions(mesh.z, mesh.faces, region, np.array([1.0]), np.arange(mesh.z.size) < mesh.frame)
+    regions = RegionMesh(mesh.z, mesh.faces, region, np.array([1.0]), np.arange(mesh.z.size) < mesh.frame)
     generator = np.random.default_rng(3)
     direction = generator.normal(size=mesh.z.size) + 1j * generator.normal(size=mesh.z.size)
     direction[regions.fixed] = 0
@@ -167,7 +169,7 @@ def error_on_circles(count):
     scale = np.sqrt(source_areas.sum())
     target_areas = np.array([RADIUS**2 * source_areas[0], source_areas.sum() - RADIUS**2 * source_areas[0]])
     fixed = np.abs(z) > 2 - 1e-9
-    regions = Regions(z / scale, np.ascontiguousarray(faces), region, target_areas / scale**2, fixed)
+    regions = RegionMesh(z / scale, np.ascontiguousarray(faces), region, target_areas / scale**2, fixed)
     image, _ = match_areas(regions, regions.z.copy(), 120, 1e-9)
     radius = np.abs(z)
     expected = np.where(radius <= 1, RADIUS * radius, np.interp(radius, *radial_map()))

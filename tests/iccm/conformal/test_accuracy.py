@@ -37,6 +37,7 @@ def test_the_ell_onto_the_square():
     assert order(errors, ns) > 2.5, errors
 
 
+@pytest.mark.slow
 def test_the_ell_onto_the_disc():
     fit = conformal_fit(ell(), circle(1000), vertices=240, tolerance=1e-6)
     assert moebius_error(fit.map(to_ell()(DISC)), DISC)[0] < 3e-5

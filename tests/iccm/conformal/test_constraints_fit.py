@@ -138,6 +138,7 @@ def test_many_pins_of_a_known_map_reproduce_that_map(method):
     assert np.abs(fit.map(Z) - free.map(Z)).max() < {"paper": 1e-2, "conformal": 1e-3}[method]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_a_larger_pin_weight_lowers_the_pin_error(method):
     loose, tight = (iccm.fit(SOURCE, TARGET, pins=THREE, pin_weight=w, **METHODS[method]) for w in (0.1, 10))
@@ -145,6 +146,7 @@ def test_a_larger_pin_weight_lowers_the_pin_error(method):
     assert loose.report()["boundary"]["rms"] < tight.report()["boundary"]["rms"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_quasiconformal_lowers_pin_error_and_area_distortion(method):
     """Fig. 4 of the paper, with margin."""

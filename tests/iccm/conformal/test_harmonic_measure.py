@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from iccm.conformal.correspondence import Coarse, Moebius, View
+from iccm.conformal.correspondence import Coarse, HarmonicView, Moebius
 from iccm.conformal.harmonic_measure import Circle, HarmonicMeasure, corner_powers
 from iccm.conformal.normalisation import distortion, search
 from iccm.conformal.panels import corners, graded, thickness
@@ -128,7 +128,7 @@ def test_rotation_and_arclength_are_inverse_and_increasing():
 def test_the_riemann_map_to_the_disc():
     """Between unit circles it is the identity, up to the point it is seen from and the rotation of its first vertex."""
     h = measure(Curve(circle(200)))
-    view = View.of(h, np.array([0.3 + 0.1j]))[0]
+    view = HarmonicView.of(h, np.array([0.3 + 0.1j]))[0]
     z = inside(circle(), 30)
     u = view.disc(z)
     a = place(h, view.mass)

@@ -32,6 +32,7 @@ def fitted(name):
     return conformal_fit(*PAIRS[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", some_fast(PAIRS, {"limbs", "comb"}))
 def test_the_target_is_reached_one_to_one(name):
     """Also in the other direction: every part of the target is covered, where the paper's method omits protrusions."""
@@ -51,6 +52,7 @@ def test_the_robust_method_comes_much_closer_than_the_paper():
     assert paper.report()["boundary"]["hausdorff"] > 20 * fitted("comb").report()["boundary"]["hausdorff"]
 
 
+@pytest.mark.slow
 def test_the_status_is_ok_exactly_if_the_gap_is_within_the_tolerance():
     for tolerance in (1e-2, 1e-3, 1e-4):
         fit = conformal_fit(pear(), blob(), tolerance=tolerance)
@@ -72,6 +74,7 @@ def test_the_sources_own_vertices_are_kept():
     assert np.abs(polygon[:, None] - arrow()).min(axis=0).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_a_long_outline_is_simplified_with_a_note():
     fit = conformal_fit(pear(3000), arrow())
     assert fit.status in (Status.REACHED, Status.GAP)
@@ -81,6 +84,7 @@ def test_a_long_outline_is_simplified_with_a_note():
     assert fitted("smooth").notes == []
 
 
+@pytest.mark.slow
 def test_crowding_is_reported_and_never_nan():
     """The far end of a corridor of length twenty widths is out of reach in double precision."""
     hall = np.array([-2 - 2j, 2 - 2j, 2 - 0.5j, 24 - 0.5j, 24 + 0.5j, 2 + 0.5j, 2 + 2j, -2 + 2j])
@@ -109,6 +113,7 @@ def bar(ratio, n=40):
     return np.concatenate([end, -end])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [4, 15])
 def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
     """The ends of a long bar shrink on a box below the error that is allowed there."""
@@ -119,6 +124,7 @@ def test_a_target_is_not_reached_by_a_map_that_folds(ratio):
     assert fit.status.ok == (ratio == 4)
 
 
+@pytest.mark.slow
 def test_a_shape_far_from_the_origin_loses_only_its_digits():
     """As with metres in a national grid: the same map, up to the rounding of the coordinates."""
     z, offset = inside(pear(), 60, 0.02), 4e5 + 5e6j
@@ -129,6 +135,7 @@ def test_a_shape_far_from_the_origin_loses_only_its_digits():
     assert report["boundary"]["hausdorff"] < 3e-3 and report["injective"]["depth"] < 0.02
 
 
+@pytest.mark.slow
 def test_a_shape_onto_itself_is_the_identity():
     for shape in (pear(), arrow(), COMB):
         fit = conformal_fit(shape, shape)

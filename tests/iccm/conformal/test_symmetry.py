@@ -98,6 +98,7 @@ PAIRS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAIRS)
 def test_shapes_with_the_same_axis_have_a_symmetric_map(name):
     fit = conformal_fit(*PAIRS[name])

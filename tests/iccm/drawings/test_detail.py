@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 import shapely
 
-from iccm.balanced.fit import settings_of
 from iccm.drawings.cost import Cost
 from iccm.drawings.detail import Detail, TargetView, cost_of_detail, hidden_cost, paper_cost
 from iccm.drawings.drawing import Drawing
-from iccm.frames.composition import Composer, _Search, box_frame, outline_points, subject_of
+from iccm.frames.composition import Composer, _PlacementSearch, box_frame, outline_points, subject_of
 from iccm.frames.silhouettes import silhouettes
 from iccm.options import Options
 
@@ -84,6 +83,21 @@ def test_a_flag_cut_by_a_circle_has_no_margin_but_a_ball_has():
     flag = Detail.of_picture(disc_picture((1, 0, 0), (1, 1, 1), (0, 0, 1)), box)
     ball = Detail.of_picture(disc_picture((1, 0.1, 0), (0.95, 0.05, 0), (0.9, 0, 0)), box)
     assert flag.is_full and not flag.fills_box and not ball.is_full
+
+
+def test_a_gem_with_facets_is_not_cut_from_a_larger_picture():
+    pixels = disc_picture((1, 0.9, 0.3), (1, 0.6, 0), (0.9, 0.4, 0))
+    y, x = np.mgrid[:HEIGHT, :WIDTH]
+    pixels[..., 3] = np.abs(x - WIDTH / 2) < np.minimum(20 + y, 1.2 * (HEIGHT - 4 - y))
+    assert not Detail.of_picture(pixels, (0, WIDTH + 1j * HEIGHT)).is_full
+
+
+def test_translucent_parts_belong_to_a_subject_but_its_shadow_does_not():
+    """The pale part of icons of two tones was left out, so that the rest was in the middle."""
+    pixels = picture_of((45, 20, 70, 30))
+    pixels[HEIGHT - 30 : HEIGHT - 20, 20:45] = 0, 0, 0, 0.3
+    pixels[HEIGHT - 20 : HEIGHT - 15, 20:70] = 0, 0, 0, 0.15
+    assert Detail.of_picture(pixels, (0, WIDTH + 1j * HEIGHT)).box == (20 + 20j, 70 + 30j)
 
 
 def test_a_picture_on_a_flat_ground_is_continued_by_it_unless_there_is_no_paper():
@@ -173,7 +187,7 @@ def test_stretch_rotation_and_cropping_each_raise_their_part_of_the_cost():
 def test_a_subject_is_placed_whole_and_upright_in_the_middle_of_a_wide_target():
     source, detail = Drawing(STEP), detail_of_step()
     target = Drawing(shapely.box(100, 200, 400, 260))
-    choice = Composer(source, target, detail, settings_of(Options())).placed()
+    choice = Composer(source, target, detail, Options()).placed()
     assert choice is not None and choice.composed.hidden < 0.1 and choice.stretch == 1
     frame = choice.frames[0].outline
     assert (frame.box[0] + frame.box[1]).real / 2 == pytest.approx(45, abs=4)
@@ -183,7 +197,7 @@ def test_a_subject_is_placed_whole_and_upright_in_the_middle_of_a_wide_target():
 def test_a_subject_keeps_away_from_the_rim_and_near_the_middle_of_a_target_with_a_bite():
     source, detail = Drawing(STEP), detail_of_step()
     bitten = shapely.Point(0, 0).buffer(100).difference(shapely.Point(80, 80).buffer(50))
-    placement, cost = _Search(
+    placement, cost = _PlacementSearch(
         subject_of(source, detail), detail, TargetView.of(bitten), outline_points(bitten)
     ).best()
     assert abs(placement.image - complex(bitten.centroid.x, bitten.centroid.y)) < 20
@@ -196,9 +210,11 @@ def test_a_subject_in_a_part_of_the_target_costs_less_than_one_across_its_outlin
     source, detail = Drawing(STEP), detail_of_step()
     shown = shapely.box(0, 0, 30, 10)
     parts = shapely.MultiPolygon([shapely.box(0, 0, 20, 10), shapely.box(22, 0, 30, 10)])
-    search = _Search(subject_of(source, detail), detail, TargetView.of(shown), outline_points(parts))
+    search = _PlacementSearch(subject_of(source, detail), detail, TargetView.of(shown), outline_points(parts))
     size = np.log(4 / abs(detail.box[1] - detail.box[0]))
-    inside, across = (search.cost((x, 5.0, size)).bare for x in (10.0, 20.0))  # both are 5 off the middle
+    inside, across = (
+        search.cost(search.placement((x, 5.0, size))).bare for x in (10.0, 20.0)
+    )  # both are 5 off the middle
     assert across > inside + 0.002
 
 

@@ -7,23 +7,22 @@ import shapely
 import iccm
 from iccm.arrays import xy_of
 from iccm.balanced.coarse import coarse_map
-from iccm.balanced.fit import settings_of
 from iccm.curve import Curve
 from iccm.drawings.cost import LOST_POINT_ENERGY, Cost, cost_of
 from iccm.drawings.detail import Detail
 from iccm.drawings.drawing import Drawing
-from iccm.drawings.frame import Frame, close_hairlines, frames_of
+from iccm.drawings.frame import close_hairlines, frames_of
 from iccm.drawings.mappable_holes import mappable
 from iccm.drawings.pairing import pair_by_place
-from iccm.drawings.region import Region
+from iccm.drawings.region import PaintedRegion
 from iccm.drawings.visible import middles
 from iccm.errors import InputError
 from iccm.frames import choice
 from iccm.frames.choice import Choice, _FrameSearch, _Judge, choose
-from iccm.frames.solve import solve_choice
+from iccm.frames.solve import DrawingPair
 from iccm.options import Options
 from iccm.pixels.canvas import Canvas
-from iccm.pixels.composed import Cut
+from iccm.pixels.composed import PaintedMap
 from iccm.pixels.preimages import of as preimages_of
 from tests.cases import slow, some_fast
 
@@ -96,12 +95,6 @@ def test_hairlines_do_not_depend_on_the_unit(size):
     assert close_hairlines(halves).geom_type == "Polygon" and close_hairlines(apart) is apart
 
 
-def test_a_frame_is_named_by_the_width_of_the_gaps_that_it_closes():
-    outline = Curve.domain([0, 3, 3 + 2j, 2j])
-    names = [Frame(outline, radius).name for radius in (0.0, 0.04, np.inf)]
-    assert names[0] == "outline" and "8%" in names[1] and names[2] == "hull"
-
-
 def test_only_the_largest_of_crowded_holes_are_mapped():
     def square(x, y, side):
         return complex(x, y) + side * np.array([0, 1, 1 + 1j, 1j])
@@ -135,7 +128,7 @@ def test_the_samples_of_a_triangle_are_the_middles_of_its_parts():
 def test_visible_shares_are_those_of_counted_areas():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = 3 * z + 1j
-    source, target = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 1, 9, 7))
+    source, target = PaintedRegion(shapely.box(0, 0, 4, 2)), PaintedRegion(shapely.box(0, 1, 9, 7))
     visible_shares = cost_of(z, u, faces, source, target, covering=None, subdivision=40)
     assert visible_shares.energy == pytest.approx(
         1, abs=1e-12
@@ -143,7 +136,7 @@ def test_visible_shares_are_those_of_counted_areas():
     assert visible_shares.hidden == pytest.approx(1 / 4, abs=0.01) and visible_shares.bare == pytest.approx(
         0, abs=0.01
     )
-    left = Region(shapely.box(0, 0, 1, 2))
+    left = PaintedRegion(shapely.box(0, 0, 1, 2))
     visible_shares = cost_of(z, u, faces, left, target, covering=left, subdivision=40)
     assert visible_shares.hidden == pytest.approx(0, abs=0.02) and visible_shares.bare == pytest.approx(
         2 / 3, abs=0.01
@@ -153,7 +146,7 @@ def test_visible_shares_are_those_of_counted_areas():
 def test_the_energy_of_the_visible_part_is_that_of_a_stretch():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = 3 * z.real + 1j * z.imag
-    regions = Region(shapely.box(0, 0, 4, 2)), Region(shapely.box(0, 0, 12, 2))
+    regions = PaintedRegion(shapely.box(0, 0, 4, 2)), PaintedRegion(shapely.box(0, 0, 12, 2))
     visible_shares = cost_of(z, u, faces, *regions, covering=None)
     assert visible_shares.energy == pytest.approx((3 + 1 / 3) / 2)  # areas are uniform: (K + 1/K) / 2
 
@@ -163,7 +156,9 @@ def test_the_energy_weights_the_areas_of_both_drawings_equally():
     z, faces = two_triangles([0, 4, 4 + 2j, 2j])
     u = np.array([0, 4, 4 + 2j, 6j])
     quadrangle = shapely.Polygon([(0, 0), (4, 0), (4, 2), (0, 6)])
-    visible_shares = cost_of(z, u, faces, Region(shapely.box(0, 0, 4, 2)), Region(quadrangle), covering=None)
+    visible_shares = cost_of(
+        z, u, faces, PaintedRegion(shapely.box(0, 0, 4, 2)), PaintedRegion(quadrangle), covering=None
+    )
     large, small = np.linalg.svd([[1, 0], [-1, 3]], compute_uv=False)
     energies = [
         1.25,
@@ -211,7 +206,7 @@ def test_a_picture_is_cut_to_the_painted_area():
     low, high = drawing.tightest.outline.box
     canvas = Canvas.about(93, 57, (low, high))
     fit = iccm.fit(shapely.MultiPolygon(drawing.parts), shapely.MultiPolygon(drawing.parts))
-    bands = preimages_of(Cut(fit.map, drawing.rings), canvas, 1e-3, slopes=False)
+    bands = preimages_of(PaintedMap(fit.map, drawing.rings), canvas, 1e-3, slopes=False)
     covered = sum(float(bands(row).coverage.sum()) for row in range(0, canvas.height, 128))
     area = covered * canvas.step[0] * canvas.step[1]
     assert area == pytest.approx(drawing.region.area, rel=1e-4)
@@ -230,6 +225,7 @@ def test_all_parts_of_both_drawings_are_mapped_and_certified():
     ) < 1  # gaps of the source are visible where the texture does not cover them
 
 
+@pytest.mark.slow
 def test_one_part_without_gaps_is_mapped_as_its_outline():
     square, leaf = shapely.box(0, 0, 3, 2), shapely.Point(0, 0).buffer(2, quad_segs=12)
     by_outline = iccm.fit(Curve.domain([0, 3, 3 + 2j, 2j]), leaf)
@@ -238,6 +234,7 @@ def test_one_part_without_gaps_is_mapped_as_its_outline():
     assert np.allclose(by_drawing.map(z), by_outline.map(z), atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fit", some_fast(["frame", "whole", "cover", "contain"], {"frame", "cover"}))
 def test_every_fit_can_be_requested(fit):
     result = iccm.fit(BARS, shapely.union(RING, shapely.box(8, 1, 9.3, 3.6)), fit=fit)
@@ -258,25 +255,26 @@ LETTERS = shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9), shapely.box(12,
     ],
 )
 def test_the_chosen_frames_cost_little_more_than_the_cheapest_of_all_pairs(source, target):
-    drawings, settings = (Drawing(source), Drawing(target)), settings_of(Options(fit="frame"))
-    search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)
+    drawings, options = (Drawing(source), Drawing(target)), Options(fit="frame")
+    search = _FrameSearch(_Judge(*drawings, options, free_gaps=True), around_all=True)
     every = [
         search.attempt((i, j)) for i in range(len(drawings[0].frames)) for j in range(len(drawings[1].frames))
     ]
     least = min(choice_made.cost.total for choice_made in every if choice_made is not None)
-    best = choose(*drawings, settings, free_gaps=True, framed=True)[0]
+    best = choose(*drawings, options, free_gaps=True, framed=True)[0]
     assert best.cost.total <= 1.02 * least
 
 
+@pytest.mark.slow
 def test_no_coarse_map_costs_less_than_the_areas_of_its_frames_permit():
     frames_without_loss = 0
     for source, target in ((LETTERS, RING), (shapely.box(0, 0, 3, 1), BARS), (BARS, HOOK)):
-        judge = _Judge(Drawing(source), Drawing(target), settings_of(Options()), free_gaps=source is BARS)
+        judge = _Judge(Drawing(source), Drawing(target), Options(), free_gaps=source is BARS)
         for pair in (
             (judge.source.tightest, judge.target.frames[-1]),
             (judge.source.frames[-1], judge.target.tightest),
         ):
-            coarse = coarse_map(*(frame.outline for frame in pair), judge.settings)
+            coarse = coarse_map(*(frame.outline for frame in pair), judge.options)
             bound = judge.least_cost_of(pair)
             frames_without_loss += bound == 1
             assert coarse is None or bound <= judge.choice(pair, "whole", coarse).cost.total
@@ -286,17 +284,17 @@ def test_no_coarse_map_costs_less_than_the_areas_of_its_frames_permit():
         Drawing(shapely.box(0, 0, 2, 2)),
         Drawing(shapely.box(0, 0, 1, 2) | shapely.box(3, 0, 4, 2)),
     )
-    judge = _Judge(square, bars, settings_of(Options()), free_gaps=False)
+    judge = _Judge(square, bars, Options(), free_gaps=False)
     half_hidden = 0.75 * 1 + 0.25 * LOST_POINT_ENERGY
     assert judge.least_cost_of((square.tightest, bars.frames[-1])) == pytest.approx(half_hidden)
 
 
 @pytest.mark.slow
 def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
-    drawings, settings = (Drawing(HOOK), Drawing(BARS)), settings_of(Options(fit="frame"))
+    drawings, options = (Drawing(HOOK), Drawing(BARS)), Options(fit="frame")
 
     def costs():
-        search = _FrameSearch(_Judge(*drawings, settings, free_gaps=True), around_all=True)
+        search = _FrameSearch(_Judge(*drawings, options, free_gaps=True), around_all=True)
         return [descent.cost.total for descent in search.descents()]
 
     shorter = costs()
@@ -309,10 +307,10 @@ def test_a_descent_that_costs_much_more_than_the_best_is_given_up(monkeypatch):
 def test_joined_frames_much_costlier_than_paired_parts_are_not_searched(monkeypatch):
     hook = Drawing(shapely.MultiPolygon([HOOK, shapely.box(10, 0, 11, 9)]))
     apart = Drawing(shapely.MultiPolygon([HOOK, shapely.box(16, 0, 17, 12)]))
-    settings = settings_of(Options())
-    ranked = choose(hook, apart, settings, pair_parts=True)
+    options = Options()
+    ranked = choose(hook, apart, options, pair_parts=True)
     monkeypatch.setattr(choice, "GIVEN_UP_COST_RATIO", np.inf)
-    compared = choose(hook, apart, settings, pair_parts=True)
+    compared = choose(hook, apart, options, pair_parts=True)
     assert len(ranked) == 1 < len(compared)
     for best in (ranked[0], compared[0]):
         assert best.cost.total == ranked[0].cost.total and len(best.pairs) == 2
@@ -325,16 +323,17 @@ def test_fit_frame_keeps_all_parts_and_other_fits_report_the_omitted():
     source, target = Drawing(part), Drawing(shapely.Polygon([(0, 0), (9, 1), (8, 6), (1, 5)]))
     options = Options(fit="auto")
     assert source.frames[0].left_out == pytest.approx(1.5 / 31.5)
-    framed = choose(source, target, settings_of(options), framed=True)
+    framed = choose(source, target, options, framed=True)
     assert framed and all(frame.left_out == 0 for choice in framed for frame in choice.frames)
 
-    def solver(source, target, source_holes, target_holes, options, coarse=None):
+    def solver(source, target, source_holes, target_holes, options, coarse=None, stretch=1.0):
         return iccm.fit(source.z, target.z, fit=options.fit)
 
+    pair = DrawingPair(source, target, options, solver)
     main_part = Choice((source.frames[0], target.tightest))
-    notes = solve_choice(main_part, source, target, options, solver).notes
+    notes = pair.solve(main_part).notes
     assert any("4.8%" in note and "source" in note and "left out" in note for note in notes)
-    notes = solve_choice(framed[0], source, target, options, solver).notes
+    notes = pair.solve(framed[0]).notes
     assert not any("4.8%" in note for note in notes)
 
 
@@ -347,7 +346,7 @@ def test_a_region_of_many_parts_contains_the_points_of_its_parts(count):
         for k in range(count)
     ]
     places = rng.uniform(-2, 2.4 * count, (3, 700)) + 1j * rng.uniform(-1.5, 1.5, (3, 700))
-    inside = Region(shapely.MultiPolygon(parts)).contains(places)
+    inside = PaintedRegion(shapely.MultiPolygon(parts)).contains(places)
     expected = np.logical_or.reduce([shapely.contains_xy(part, places.real, places.imag) for part in parts])
     assert inside.shape == places.shape and 0.1 < inside.mean() < 0.9
     np.testing.assert_array_equal(inside, expected)
@@ -395,6 +394,7 @@ def comb_on_block():
     return fit
 
 
+@pytest.mark.slow
 def test_a_pin_where_the_map_takes_it_keeps_the_frames(comb_on_block):
     fit = comb_on_block
     z = np.array([0.3 + 2j, 5.2 + 0.4j])
@@ -424,6 +424,7 @@ def test_a_map_continues_on_the_frames_of_its_start(comb_on_block):
         assert continued.status.ok and np.abs(continued.map(pins[0, 0]) - pins[0, 1]) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_composition_that_pins_contradict_is_not_solved_for(monkeypatch):
     # a picture that fills its box is composed on the leaning block, but the pins are those of the map of outlines
     source, target = Drawing(shapely.box(0, 0, 6, 4)), Drawing(LEANING_BLOCK)
@@ -432,17 +433,18 @@ def test_a_composition_that_pins_contradict_is_not_solved_for(monkeypatch):
     detail = Detail.of_picture(pixels, (0, 6 + 4j))
     z = np.array([1 + 1j, 5 + 1j, 4.5 + 3.2j, 0.7 + 3j])
     pins = np.stack([z, iccm.fit(source, target).map(z)], axis=1)
-    frames = []
+    frames, solve = [], DrawingPair.solve
 
-    def solve(choice, *arguments, **options):
+    def recorded(pair, choice, **options):
         frames.append(choice)
-        return solve_choice(choice, *arguments, **options)
+        return solve(pair, choice, **options)
 
-    monkeypatch.setattr("iccm.frames.solve.solve_choice", solve)
+    monkeypatch.setattr(DrawingPair, "solve", recorded)
     fit = iccm.fit(source, target, pins=pins, detail=detail)
     assert fit.status.ok and [choice.composed for choice in frames] == [None]
 
 
+@pytest.mark.slow
 def test_pins_that_frames_cannot_meet_get_the_outlines(comb_on_block):
     # a point between two teeth, which the frame encloses, goes to the outline of the block
     pins = np.array([[1 + 0.8j, 3.5 + 4.5j]])
@@ -450,3 +452,13 @@ def test_pins_that_frames_cannot_meet_get_the_outlines(comb_on_block):
     fit = iccm.fit(DOTTED_COMB, shapely.MultiPolygon([LEANING_BLOCK]), pins=pins)
     assert fit.source.distances(pins[:, 0])[0] < 1e-9
     assert fit.status.ok and np.abs(fit.map(pins[:, 0]) - pins[:, 1]).max() < 1e-6 * fit._diagonal
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("opaque", [True, False])
+def test_gaps_that_a_transparent_texture_shows_count_as_bare(opaque):
+    # a fifth of the frame is a gap
+    bars = shapely.union(shapely.box(0, 0, 4, 1), shapely.box(0, 1.5, 4, 2.5))
+    fit = iccm.fit(bars, shapely.box(0, 0, 4, 3), fit="frame", opaque=opaque, max_uncovered=0.05)
+    assert fit.coverage.bare == pytest.approx(0 if opaque else 0.2, abs=0.02)
+    assert fit.status.ok is opaque

@@ -47,6 +47,7 @@ def test_discs_grow_evenly(share):
     assert np.sqrt(between.painted.area / np.pi) == pytest.approx(1 + 3 * share, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_hole_that_the_other_drawing_paints_closes_evenly():
     """It has closed after two thirds of the time, however small it is."""
     for radius, outer in ((4, 5), (1, 5)):
@@ -95,6 +96,7 @@ def test_parts_without_a_counterpart_shrink_and_grow_by_themselves():
     assert areas[0.8] == pytest.approx([0, 0.7**2], abs=0.03)
 
 
+@pytest.mark.slow
 def test_areas_of_several_colours_fill_the_drawing_between_both_without_gaps():
     """A face with an eye that vanishes, and a mouth that moves and appears in another colour below it."""
     face = disc(0, 0, 5)

@@ -12,7 +12,7 @@ from iccm.errors import InputError
 from iccm.flattening import METHODS, coarsening, flatten, method, multigrid, scaffold, seams, tutte
 from iccm.flattening.free import Elastic, surface
 from iccm.flattening.scaffold import FRAME_CORNERS, frame, outside, relax_with_scaffold
-from iccm.flattening.seams import Ways, turns
+from iccm.flattening.seams import ShortestPaths, angle_sums
 from iccm.io.options import of_command
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, overlap
@@ -75,12 +75,12 @@ def test_a_hidden_plane_of_a_large_closed_surface_is_nearly_even_and_does_not_ov
     monkeypatch.setattr(method, "LARGE_VERTEX_COUNT", 100)
     monkeypatch.setattr(coarsening, "LARGE_VERTEX_COUNT", 100)
     patch = disk_patch(sphere(36, 20), cut=True)
-    plain, hidden = (flatten(patch, grow=True, hidden=hides) for hides in (False, True))
+    plain, hidden = (flatten(patch, grow=True, purpose=purpose) for purpose in ("domain", "solver"))
     assert (plain.method, hidden.method) == ("conformal", "balanced")
     assert overlap(hidden) is None
     assert plain.even is not None
     assert hidden.strained(95) < 1.1 * plain.even.strained(95)
-    small = flatten(disk_patch(sphere(8, 6), cut=True), grow=True, hidden=True)
+    small = flatten(disk_patch(sphere(8, 6), cut=True), grow=True, purpose="solver")
     assert small.method == "conformal"
 
 
@@ -150,7 +150,9 @@ def box(n=3):
 @pytest.mark.parametrize("method", ["conformal", "balanced"])
 def test_the_seam_of_a_chart_joins_holes_where_that_unrolls_the_surface(method):
     patch = disk_patch(tube())
-    holed, chart = (flatten(patch, grow=True, method=method, chart=chart) for chart in (False, True))
+    holed, chart = (
+        flatten(patch, grow=True, method=method, purpose=purpose) for purpose in ("domain", "texture")
+    )
     assert len(holed.patch.loops) == 2
     assert len(chart.patch.loops) == 1 and overlap(chart) is None
     assert chart.strained(100) == pytest.approx(1, abs=1e-3)
@@ -174,7 +176,7 @@ def test_the_outline_stays_the_one_that_was_chosen_as_the_seam_grows():
 
 def test_the_seam_of_a_chart_is_extended_through_convex_vertices_until_angles_are_kept():
     patch = disk_patch(box(), cut=True)
-    short, chart = (flatten(patch, grow=True, chart=chart) for chart in (False, True))
+    short, chart = (flatten(patch, grow=True, purpose=purpose) for purpose in ("domain", "texture"))
     assert short.dilated(95) > 1.3 >= chart.dilated(95)
     assert overlap(chart) is None
     assert chart.patch.seam_length > short.patch.seam_length
@@ -185,16 +187,16 @@ def test_the_seam_of_a_chart_is_extended_through_convex_vertices_until_angles_ar
 
 def test_sums_along_paths_are_those_of_a_walk():
     patch = disk_patch(grid(9, 7, dome))
-    ways = Ways.of(patch, patch.loops[0][:3], joins=False)
+    paths = ShortestPaths.of(patch, patch.loops[0][:3], joins=False)
     values = np.random.default_rng(5).random(len(patch.points))
-    sums = ways.summed(values)
+    sums = paths.sum_along(values)
     for vertex in range(len(values)):
-        assert sums[vertex] == pytest.approx(values[walk(ways.before, vertex)[:-1]].sum())
+        assert sums[vertex] == pytest.approx(values[walk(paths.predecessors, vertex)[:-1]].sum())
 
 
 def test_angles_about_the_corners_of_a_box_are_three_right_ones():
     patch = disk_patch(box(), cut=True)
-    around = np.bincount(patch.vertex, turns(patch), minlength=len(patch.mesh.points))
+    around = np.bincount(patch.vertex, angle_sums(patch), minlength=len(patch.mesh.points))
     corner = (np.abs(patch.mesh.points) == 1).all(axis=1)
     np.testing.assert_allclose(around, np.where(corner, 1.5 * np.pi, 2 * np.pi))
 
@@ -365,7 +367,7 @@ def test_vertices_of_a_flat_surface_are_restored_to_their_places_and_stay():
     image = np.exp(0.7j) * z + 3
     restored = np.full_like(image, np.nan)
     restored[np.unique(faces)] = image[np.unique(faces)]
-    assert coarsening.put_back(removed, flat, 1.0, restored)
+    assert coarsening.reinsert_vertices(removed, flat, 1.0, restored)
     assert np.abs(restored - image).max() < 1e-12
 
 
@@ -376,7 +378,7 @@ def test_vertices_are_restored_without_folds_after_their_triangles_changed():
     kept = np.unique(faces)
     coarse = surface(patch.points[kept], np.searchsorted(kept, faces))
     restored[kept] = coarse.relaxed(z[kept], 1.0, 40, 1e-6)
-    assert coarsening.put_back(removed, patch.points, 1.0, restored)
+    assert coarsening.reinsert_vertices(removed, patch.points, 1.0, restored)
     assert (triangle_areas(restored[patch.faces]) > 0).all()
 
 
@@ -434,12 +436,14 @@ def relaxed_by_multigrid(monkeypatch, mesh, theta=1.0):
     return least, sheet.energy(layout, theta), max(sizes), u.size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("place", "share"), [(dome, 2e-4), (bumpy, 2e-3)])
 def test_a_huge_surface_is_as_even_as_by_newtons_method_without_its_factorisations(monkeypatch, place, share):
     least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(93, 87, place))
     assert energy < (1 + share) * least and largest < count / 4
 
 
+@pytest.mark.slow
 def test_newtons_method_takes_over_where_multigrid_does_not_converge(monkeypatch):
     monkeypatch.setattr(multigrid, "MOST_CYCLES", 1)
     least, energy, largest, count = relaxed_by_multigrid(monkeypatch, grid(93, 87, bumpy))
@@ -481,7 +485,7 @@ def test_a_huge_surface_needs_no_layout_of_all_its_vertices_to_start_from(monkey
 def test_a_huge_surface_whose_coarse_layout_has_no_room_for_all_vertices_starts_from_a_layout_of_all(
     monkeypatch,
 ):
-    monkeypatch.setattr(multigrid, "put_back", lambda *given: False)
+    monkeypatch.setattr(multigrid, "reinsert_vertices", lambda *given: False)
     mesh = grid(73, 67, dome)
     layout, sizes = flattened_from_coarsest(monkeypatch, mesh)
     assert overlap(layout) is None and max(sizes) == len(mesh.points)
@@ -522,7 +526,7 @@ def test_the_seam_of_a_large_surface_grows_on_a_coarser_triangulation(monkeypatc
 def test_unnecessary_paths_of_a_seam_are_removed(monkeypatch):
     patch = disk_patch(sphere(40, 30), cut=True)
     start = method._start(patch, patch.loops[0])
-    _, _, alone = method._with_seam(start, True)
+    _, _, alone = method._with_seam(start, True, method.STRETCHED_P95)
     rim, ends, calls = np.concatenate(patch.loops), seams.ends, []
     neighbours = patch.faces[np.isin(patch.faces, rim).sum(axis=1) == 1]
     short = int(np.setdiff1d(neighbours, rim)[0])  # next to the seam: a cut there helps little
@@ -532,6 +536,6 @@ def test_unnecessary_paths_of_a_seam_are_removed(monkeypatch):
         return [short] if len(calls) == 1 else ends(result, joins)
 
     monkeypatch.setattr(seams, "ends", first_the_short_one)
-    layout, _, paths = method._with_seam(start, True)
+    layout, _, paths = method._with_seam(start, True, method.STRETCHED_P95)
     assert len(calls) > 1 and short not in paths and len(paths) <= len(alone) + 1
     assert layout.strained(95) < method.STRETCHED_P95 and overlap(layout) is None

@@ -70,6 +70,7 @@ def test_the_source_may_begin_at_another_vertex():
     assert np.allclose(first.image, 0.5j * fit.map.source + 7) and last is fit.map
 
 
+@pytest.mark.slow
 def test_partial_maps_and_others_are_refused():
     with pytest.raises(InputError, match=r"morph: .*parts.*fit='whole'"):
         iccm.morph(iccm.fit(U, SQUARE, fit="contain"), [0.5])

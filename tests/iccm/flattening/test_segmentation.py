@@ -58,3 +58,12 @@ def test_a_triangle_without_area_gets_a_place():
     piece = patch_of("needle", points, np.array([[0, 1, 3], [1, 2, 3], [0, 2, 1]]))
     charts = charts_of(piece, grow=True, method="lscm")
     assert covered(charts) == [0, 1, 2] and not any(overlap(chart.layout) for chart in charts)
+
+
+def test_faces_whose_corners_differ_by_rounding_are_one_surface():
+    """Each face of a box has vertices of its own, computed in single precision."""
+    box = trimesh.creation.box((1, 0.5, 0.25))
+    points = box.vertices[box.faces.ravel()] + np.random.default_rng(79).normal(0, 5e-8, (36, 3))
+    piece = sound_piece(Mesh.triangles("box", points, np.arange(36).reshape(-1, 3)))
+    (chart,) = charts_of(piece, grow=True, method="balanced")
+    assert len(chart.triangles) == 12 and chart.layout.dilated(95) < 1.001

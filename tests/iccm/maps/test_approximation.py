@@ -61,6 +61,7 @@ def within(error):
     assert np.quantile(error, 0.99) <= USUAL and error.max() <= MOST
 
 
+@pytest.mark.slow
 def test_preimages_of_random_points_are_within_the_error(map):
     drawn = triangulated(map)
     rng, low, high = np.random.default_rng(0), *iccm.Curve(drawn.image).box
@@ -144,6 +145,7 @@ def test_the_size_of_the_target_does_not_change_the_mesh(factor):
     np.testing.assert_array_equal(resized.faces, mesh.faces)
 
 
+@pytest.mark.slow
 def test_an_irregular_map_is_evaluated_up_to_a_budget_and_a_regular_one_is_not_affected(monkeypatch):
     """Files may contain any coefficients; refining a map that is irregular everywhere would not end."""
     counted = []

@@ -50,6 +50,7 @@ def test_maps_known_to_be_injective_are_accepted(name):
     assert certificate.depth <= 3e-4 and certificate.share > 0.999
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FOLDED)
 def test_maps_known_to_fold_are_rejected(name):
     f = map_of(*FOLDED[name])
@@ -65,6 +66,7 @@ def test_zeros_of_the_derivative_are_counted(power):
     assert certificate.zeros == power - 1 and not certificate.simple
 
 
+@pytest.mark.slow
 def test_zeros_close_to_the_boundary_are_counted_where_they_are():
     """f' = 1 + 1.04 z has its zero at -0.96, 0.04 inside: it is counted at a depth of 0.03 of the inradius, but not at
     0.15.

@@ -8,6 +8,7 @@ from iccm.flattening import flatten, tutte
 from iccm.meshes import cut as seam
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening, farthest, lscm, overlap, upright
+from iccm.meshes.layout import turned_over
 from iccm.meshes.mesh import Mesh
 from iccm.meshes.stretch import stretches
 from tests.cases import some_fast
@@ -319,3 +320,10 @@ def test_random_meshes_are_flattened_without_overlap_or_refused_in_one_line(seed
         else:
             assert overlap(layout) is None
             assert layout.boundary.area > 0
+
+
+def test_triangles_that_nobody_sees_are_not_counted_as_flipped():
+    space = np.array([[[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0]], [[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    flipped = space[:, [0, 2, 1], :2]
+    assert turned_over(flipped) == {"flipped": 2, "degenerate": 0}
+    assert turned_over(flipped, space) == {"flipped": 1, "degenerate": 0}

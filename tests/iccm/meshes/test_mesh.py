@@ -414,6 +414,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 def test_libraries_print_nothing_about_broken_files(tmp_path):
     """In a separate process, in which nothing has silenced them."""
@@ -422,7 +423,8 @@ def test_libraries_print_nothing_about_broken_files(tmp_path):
     program = (
         "import sys\nfrom iccm.io.shapes import mesh_reading\nfrom iccm.errors import InputError\n"
         "for name in sys.argv[1:]:\n"
-        "    try: mesh_reading.read(name, cut=True)\n    except InputError as error: print(error)"
+        "    try: mesh_reading.read(name, cutting=mesh_reading.Cutting(closed=True))\n"
+        "    except InputError as error: print(error)"
     )
     result = subprocess.run(
         [sys.executable, "-W", "default::RuntimeWarning", "-c", program, *map(str, tmp_path.iterdir())],

@@ -363,4 +363,4 @@ def test_footprints_of_a_rotated_layout_are_rotated():
     origin = Origin.of(old, new, 64, 64)
     rows, columns = np.array([30, 20]), np.array([40, 25])
     places = origin.places(rows, columns, (128, 64))
-    assert places.turn == pytest.approx(np.array([[0, -4, 2, 0]] * 2), abs=1e-6)
+    assert places.jacobian == pytest.approx(np.array([[0, -4, 2, 0]] * 2), abs=1e-6)

@@ -11,7 +11,7 @@ from iccm.options import Options
 from iccm.paper.algorithm1 import assemble, discretise, first_targets, iterate
 from iccm.paper.energies import Basis
 from iccm.paper.initial import arclength, from_constraints
-from iccm.paper.least_squares import System
+from iccm.paper.least_squares import LeastSquares
 from iccm.paper.normalised import NormalisedProblem
 from iccm.problem import Problem
 from iccm.status import Status
@@ -36,6 +36,7 @@ def job(request):
     return {**PAPER, **JOBS[request.param]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [0, 1])
 def test_the_energy_never_increases(job, order):
     fit = iccm.fit(pear(), arrow(), **job, order=order)
@@ -54,7 +55,7 @@ def test_both_halves_of_each_step_lower_the_energy(name):
     options = Options(method="paper", **settings)
     polygon, s = discretise(problem.source, 40)
     basis = Basis(polygon.z, options.quasi is not None)
-    system = System(assemble(problem, options, basis, polygon))
+    system = LeastSquares(assemble(problem, options, basis, polygon))
     targets = first_targets(problem, options, system, polygon, s, basis)
     x = system.solve(targets)
     before = system.energies(x, targets)["total"]
@@ -93,7 +94,7 @@ def test_the_report_has_the_reason_for_stopping():
 def test_a_step_that_does_not_lower_the_energy_is_undone():
     """A system whose local step returns ever more distant targets: the map does not move."""
 
-    class Hostile(System):
+    class Hostile(LeastSquares):
         def energies(self, x, targets):
             return {"total": 1.0 + float(np.abs(x).max() > 0)}
 
@@ -230,6 +231,7 @@ def test_curves_and_arrays_are_the_same_input():
     assert a.map.phi.tobytes() == b.map.phi.tobytes()
 
 
+@pytest.mark.slow
 def test_first_order_needs_a_third_of_the_iterations_for_the_same_energy():
     """§3.4, for at least four of five pairs: the two orders do not always end in the same local minimum."""
     pairs = [(pear(), blob()), (pear(), arrow()), (star(), circle(60)), (ell(4), square()), (blob(), arrow())]
@@ -249,6 +251,7 @@ def test_the_map_takes_the_boundary_near_the_target():
     assert fit.report()["injective"]["certified"]
 
 
+@pytest.mark.slow
 def test_the_report_has_the_requested_figures():
     fit = iccm.fit(pear(), blob(), pins=PINS * 0.2, strokes=[([0, 0.2], [0, 0.2])], **PAPER, quasi=0.1)
     report = fit.report()
@@ -341,6 +344,7 @@ def test_a_tolerance_of_zero_is_refused():
         iccm.fit(square(), ell(), tolerance=0)
 
 
+@pytest.mark.slow
 def test_an_outline_of_very_many_vertices_is_mapped():
     """All of them are corners of its convex hull: their pairwise distances would take 37 GB."""
     fit = iccm.fit(square(), np.exp(2j * np.pi * np.arange(50_000) / 50_000), method="conformal")

@@ -7,8 +7,8 @@ import scipy.optimize
 from iccm.curve import Curve
 from iccm.options import Options
 from iccm.paper.algorithm1 import assemble
-from iccm.paper.energies import Basis, Target, Term, closeness, fixed, points
-from iccm.paper.least_squares import System
+from iccm.paper.energies import Basis, EnergyTerm, Target, closeness, fixed, points
+from iccm.paper.least_squares import LeastSquares
 from iccm.paper.normalised import NormalisedProblem, measure_of
 from iccm.problem import Problem
 from tests.shapes import arrow, blob, inside, pear, random_polygon
@@ -36,7 +36,7 @@ def everything(order, quasi, consistency=1e-3):
     )
     polygon = problem.source.resample(24)
     basis = Basis(polygon.z, quasi)
-    system = System(assemble(problem, options, basis, polygon), LAMBDA if order else 1.0)
+    system = LeastSquares(assemble(problem, options, basis, polygon), LAMBDA if order else 1.0)
     rng = np.random.default_rng(7)
     n = polygon.z.size
     noise = 0.1 * (rng.normal(size=(2, n)) + 1j * rng.normal(size=(2, n)))
@@ -114,7 +114,7 @@ def test_of_equal_solutions_the_closest_to_the_last_is_used(order):
     basis = Basis(pear(20))
     z = inside(pear(20), 1)
     row = basis.positions(z)[0]
-    system = System([points(basis, z, np.array([1 + 2j]), 1.0)])
+    system = LeastSquares([points(basis, z, np.array([1 + 2j]), 1.0)])
     x = np.random.default_rng(2).normal(size=20) + 1j
     moved = system.solve([Target(np.array([1 + 2j]))], x)
     assert abs(row @ moved - (1 + 2j)) < 1e-12
@@ -127,7 +127,7 @@ def test_of_equal_solutions_the_closest_to_the_last_is_used(order):
 
 def test_energies_are_summed_by_name():
     system, targets = everything(0, False)
-    doubled = System([*system.terms, system.terms[1]])
+    doubled = LeastSquares([*system.terms, system.terms[1]])
     x = doubled.solve([*targets, targets[1]])
     energies = doubled.energies(x, [*targets, targets[1]])
     assert energies["pins"] == pytest.approx(2 * system.terms[1].energy(x, targets[1]))
@@ -145,7 +145,7 @@ def test_only_right_hand_sides_change_between_solves():
 def test_underdetermined_systems_get_the_smallest_coefficients():
     basis = Basis(arrow())
     z = inside(arrow(), 1)
-    system = System([points(basis, z, np.array([1 + 2j]), 1.0)])
+    system = LeastSquares([points(basis, z, np.array([1 + 2j]), 1.0)])
     x = system.solve(system.targets(np.zeros(8, complex)))
     row = basis.positions(z)[0]
     assert abs(row @ x - (1 + 2j)) < 1e-12
@@ -160,8 +160,8 @@ def test_coincident_rows_do_not_spoil_the_solution():
     basis = Basis(polygon.z)
     z = np.concatenate([polygon.sample(4), np.repeat(polygon.sample(1)[:1], 200)])
     aim = 2j * z + 1
-    term = Term("all", 1.0, basis.positions(z), np.full(z.size, 1 / z.size), fixed(aim))
-    x = System([term]).solve([Target(aim)])
+    term = EnergyTerm("all", 1.0, basis.positions(z), np.full(z.size, 1 / z.size), fixed(aim))
+    x = LeastSquares([term]).solve([Target(aim)])
     assert np.abs(x - (2j * polygon.z + 1)).max() < 1e-9
 
 
@@ -172,8 +172,8 @@ def test_first_order_lets_the_boundary_slide_along_the_target():
     line = Curve(np.array([-10, 10], complex), closed=False)
     z = np.linspace(0.5, 2, 6) + 0.5j
     term = closeness(basis, z, np.full(6, 1 / 6), line, tangent=True)
-    hold = Term("hold", 1.0, basis.positions(z), np.full(6, 1 / 6), fixed(z + 1))
-    system = System([term, hold], tangential=0.25)
+    hold = EnergyTerm("hold", 1.0, basis.positions(z), np.full(6, 1 / 6), fixed(z + 1))
+    system = LeastSquares([term, hold], tangential=0.25)
     feet = Target(z.real.astype(complex), np.full(6, 1j))
     image = term.matrix @ system.solve([feet, Target(z + 1)])
     assert np.allclose(image.imag, 0.25, atol=1e-9)  # y² + (y - 0.5)²

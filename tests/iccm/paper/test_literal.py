@@ -129,6 +129,7 @@ def together(parts):
     return parts[: parts.size // 2] + 1j * parts[parts.size // 2 :]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quasi", [False, True])
 @pytest.mark.parametrize("order", [0, 1])
 @pytest.mark.parametrize("name", PAIRS)

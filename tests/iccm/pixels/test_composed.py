@@ -6,7 +6,7 @@ import pytest
 from iccm.curve import Curve
 from iccm.pixels import preimages
 from iccm.pixels.canvas import Canvas
-from iccm.pixels.composed import Cut, Faded, Holed, Reflected, Several
+from iccm.pixels.composed import Faded, Holed, PaintedMap, Reflected, Several
 from iccm.pixels.coverage import coverage
 from iccm.pixels.stmap import stmap
 from iccm.pixels.texture import Texture
@@ -111,7 +111,7 @@ def test_a_picture_is_cut_by_parts_with_holes():
     part = np.array([0.57 + 1j, 4 + 1j, 4 + 3.22j, 0.57 + 3.22j])
     hole = np.array([2 + 2j, 2 + 2.5j, 3 + 2.5j, 3 + 2j])
     island = np.array([4.5 + 0j, 5 + 0j, 5 + 0.5j, 4.5 + 0.5j])
-    band = preimages.of(Cut(map, [part, hole, island]), canvas, 1e-3)(0)
+    band = preimages.of(PaintedMap(map, [part, hole, island]), canvas, 1e-3)(0)
     area = band.coverage.sum() * canvas.step[0] * canvas.step[1]
     assert area == pytest.approx(3.43 * 2.22 - 0.5 + 0.25, rel=1e-5)
     assert (band.coverage[16:19, 21:29] == 0).all() and np.isnan(band.z[16:19, 21:29]).all()

@@ -87,18 +87,18 @@ def test_reductions_of_a_tile_are_those_of_all_around_it(edge, mode):
     assert effect == pytest.approx(filters.read(many, xy + 64, wide, filters.LINEAR), abs=1e-5)
 
 
-def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(monkeypatch):
-    picture = np.random.default_rng(4).random((200, 7, 2)).astype(np.float32)
-    whole = [pyramid.pyramid(picture, edge).texels for edge in (pyramid.REPEAT, pyramid.MIRROR)]
-    monkeypatch.setattr(pyramid, "STRIP_VALUES", 1)
-    for edge, expected in zip((pyramid.REPEAT, pyramid.MIRROR), whole):
-        assert np.array_equal(pyramid.pyramid(picture, edge).texels, expected)
+@pytest.mark.parametrize("stored", [False, True])
+@pytest.mark.parametrize("edge", list(pyramid.EDGES))
+def test_rows_that_are_reduced_strip_by_strip_are_those_reduced_at_once(edge, stored, monkeypatch):
+    whole = _pyramid(edge, (200, 7), stored=stored).complete().texels
+    monkeypatch.setattr(pyramid, "STRIP_ROWS", 1000)
+    assert np.array_equal(_pyramid(edge, (200, 7), stored=stored).complete().texels, whole)
 
 
 def test_a_rotated_texture_is_where_its_rotation_places_it():
     pixels = np.random.default_rng(5).integers(0, 256, (8, 8, 3), dtype=np.uint8)
     plain = Texture(pixels, (1 + 1j, 5 + 5j))
-    turned = Texture(np.rot90(pixels).copy(), (1 + 1j, 5 + 5j), turn=-1j)  # back again
+    turned = Texture(np.rot90(pixels).copy(), (1 + 1j, 5 + 5j), rotation=-1j)  # back again
     z = 3 + 3j + RNG.uniform(-1.9, 1.9, 50) + 1j * RNG.uniform(-1.9, 1.9, 50)
     right, down = np.full(50, 0.3 + 0.1j, np.complex64), np.full(50, 0.2 - 0.4j, np.complex64)
     values = [Sampler(texture).values(texture.places(z, right, down)) for texture in (plain, turned)]

@@ -53,6 +53,7 @@ def defined(tex, level, place, stretch, name):
 def test_a_filter_agrees_with_its_definition(name, channels, edge, shape):
     rng = np.random.default_rng(5)
     tex = pyramid.pyramid(rng.random((*shape, channels), dtype=np.float32), edge)
+    tex.complete()
     xy = rng.uniform(-4, np.array(shape[::-1]) + 4, (60, 2))
     turn = rng.normal(0, 1, (60, 4)) * 10 ** rng.uniform(-1, 1.5, (60, 1))
     xy[0], turn[0] = np.round(xy[0]) + 0.5, (1, 0, 0, 1)

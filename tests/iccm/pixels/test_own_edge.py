@@ -110,6 +110,7 @@ def test_a_sticker_enlarged_is_opaque_up_to_the_targets_own_edge():
     assert np.array_equal(transfer.pixels[..., 3], plain.pixels[..., 3])
 
 
+@pytest.mark.slow
 def test_rows_and_kernel_give_the_same_alpha(shapes, iccm):
     from PIL import Image
 

@@ -13,6 +13,15 @@ from iccm.pixels.texture import Texture
 BOX = (0j, 5 + 3j)
 
 
+def at(texture, place):
+    """The pixel of a texture at a place in the plane."""
+    height, width = texture.pixels.shape[:2]
+    low, high = texture.box
+    column = (place - low).real / (high - low).real * width
+    row = (high - place).imag / (high - low).imag * height
+    return texture.pixels[int(row), int(column)]
+
+
 def drawing(colour, dtype=np.uint8, associated=False):
     """3 rows of 5 pixels: the first two columns are painted, the third by half, the rest not at all."""
     largest = np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else 1
@@ -93,14 +102,23 @@ def test_a_tone_extends_the_texture_and_has_lighter_paper_in_its_holes_alone():
     hole = np.array([5, 5 + 1j, 6 + 1j, 6])
     painted = [np.array([3 - 1j, 7 - 1j, 7 + 2j, 3 + 2j]), hole]
     plain, toned = on_paper(texture), on_paper(texture, painted)
-    assert toned.box == (-1j, 7 + 3j) and toned.pixels.shape[:2] == (4, 7)
-    paper, tone = toned.pixels[2, 5], toned.pixels[1, 5]
+    (low, high), (height, width) = toned.box, toned.pixels.shape[:2]
+    assert low.real <= 0 and low.imag <= -1 and high.real >= 7 and high.imag >= 3
+    assert high - low == complex(width, height)  # the same texels
+    paper, tone = at(toned, 5.5 + 0.5j), at(toned, 5.5 + 1.5j)
     assert paper[3] == tone[3] == 255
     paper, tone = paper[:3], tone[:3]
     assert (tone < plain.pixels[0, 4, :3]).all() and (plain.pixels[0, 4, :3] < paper).all()
-    assert (toned.pixels[3, 6, :3] == tone).all() and (toned.pixels[2, 6, :3] == tone).all()
-    assert toned.pixels[0, 5, 3] == toned.pixels[3, 0, 3] == 0  # neither painted nor enclosed
-    assert (toned.pixels[:3, :2] == texture.pixels[:, :2]).all()
+    assert (at(toned, 6.5 - 0.5j)[:3] == tone).all() and (at(toned, 6.5 + 0.5j)[:3] == tone).all()
+    assert at(toned, 5.5 + 2.5j)[3] == at(toned, 0.5 - 0.5j)[3] == 0  # neither painted nor enclosed
+    assert all((at(toned, z) == at(texture, z)).all() for z in (0.5 + 0.5j, 1.5 + 1.5j, 0.5 + 2.5j))
+
+
+def test_a_tone_never_reaches_the_edge_of_the_texture_where_it_would_be_continued():
+    square = np.array([-1 - 1j, 4 - 1j, 4 + 2j, -1 + 2j])
+    toned = on_paper(drawing((0.5, 0, 0)), [square])
+    alpha = toned.pixels[..., 3]
+    assert not alpha[0].any() and not alpha[-1].any() and not alpha[:, 0].any() and not alpha[:, -1].any()
 
 
 def test_no_tone_lies_below_a_picture_on_a_flat_ground():
@@ -112,24 +130,24 @@ def test_no_tone_lies_below_a_picture_on_a_flat_ground():
 
 @pytest.mark.parametrize("colour", [(0.0, 0.0, 0.0), (1.0, 0.85, 0.1), (0.2, 0.4, 0.9)])
 def test_a_tone_is_seen_on_white_and_below_the_drawing(colour):
-    tone = on_paper(drawing(colour), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
+    tone = at(on_paper(drawing(colour), [np.array([3, 7, 7 + 2j, 3 + 2j])]), 4.5 + 1.5j)[:3] / 255
     assert 1.05 / (luminance(tone) + 0.05) > 1.55
     assert np.abs(tone - colour).max() > 25 / 255
 
 
 def test_a_drawing_of_the_usual_tone_lies_on_another_one():
-    usual = on_paper(drawing((0.0, 0.0, 0.0)), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
-    tone = on_paper(drawing(tuple(usual)), [np.array([3, 7, 7 + 2j, 3 + 2j])]).pixels[1, 4, :3] / 255
+    usual = at(on_paper(drawing((0.0, 0.0, 0.0)), [np.array([3, 7, 7 + 2j, 3 + 2j])]), 4.5 + 1.5j)[:3] / 255
+    tone = at(on_paper(drawing(tuple(usual)), [np.array([3, 7, 7 + 2j, 3 + 2j])]), 4.5 + 1.5j)[:3] / 255
     assert np.abs(tone - usual).max() > 25 / 255
 
 
-def test_the_part_of_an_area_in_holes_is_cleared_but_it_encloses_as_much():
+def test_the_part_of_an_area_below_a_drawing_is_cleared_but_it_encloses_as_much():
     area = shapely.box(0, 0, 30, 20) - shapely.box(2, 2, 28, 18) | shapely.box(10, 5, 16, 9)
-    hole = np.array([8 + 6j, 40 + 6j, 40 + 12j, 8 + 12j])  # also crosses the right side
-    rings = cleared(area, [hole])
+    part = np.array([8 + 6j, 40 + 6j, 40 + 12j, 8 + 12j])  # also crosses the right side
+    rings = cleared(area, [part])
     left = functools.reduce(shapely.symmetric_difference, [shapely.Polygon(xy_of(ring)) for ring in rings])
-    hairline = 0.036  # a thousandth of the diagonal, by which holes are wider, and the outline stays
-    lost = 6 * (3 + hairline) + (2 - hairline) * (6 + 2 * hairline)
+    hairline = 0.036  # a thousandth of the diagonal, by which less is cleared, and the outline stays
+    lost = 6 * (3 - hairline) + (2 - hairline) * (6 - 2 * hairline)
     assert left.area == pytest.approx(area.area - lost, abs=0.01)
     assert left.contains(shapely.Point(12, 5.5)) and not left.contains(shapely.Point(12, 8))
     enclosed = [shapely.Polygon(xy_of(ring)).area for ring in without_holes(rings)]

@@ -17,7 +17,7 @@ from iccm.pixels.coverage import coverage
 from iccm.pixels.padding import pad
 from iccm.pixels.sampler import Sampler
 from iccm.pixels.stmap import stmap
-from iccm.pixels.texture import Places
+from iccm.pixels.texture import TexturePlaces
 from iccm.pixels.warp import Texture, Warp, warp, whole
 from tests.cases import slow, some_fast
 
@@ -104,6 +104,7 @@ def test_source_points_stay_within_the_requested_error(map):
             assert np.abs(band.right[inner] - across)[good].max(initial=0) <= 0.05 * step
 
 
+@pytest.mark.slow
 def test_outline_pixels_hold_their_exact_coverage():
     canvas = Canvas(90, 90, BOX)
     map = conformal(lambda z: z + 0.1 * z**2)
@@ -255,7 +256,9 @@ def test_a_reader_ignores_texels_that_are_not_finite():
     xy = np.random.default_rng(1).uniform(0, 100, (500, 2))
     turn = np.tile([1.7, 0.2, -0.1, 0.6], (500, 1))
     read = {name: Sampler(texture, name) for name in ("cubic", "nearest")}
-    results = {name: reader(lambda part: Places(xy[part], turn[part]), 500) for name, reader in read.items()}
+    results = {
+        name: reader(lambda part: TexturePlaces(xy[part], turn[part]), 500) for name, reader in read.items()
+    }
     assert np.isfinite(results["cubic"]).all()
     assert 0.02 < np.isnan(results["nearest"]).any(axis=1).mean() < 0.2
 
@@ -269,7 +272,7 @@ def test_a_reader_returns_colours_over_alpha_as_stored(dtype, transfer, filter, 
     pixel = (value * top).astype(dtype)
     texture = Texture(np.broadcast_to(pixel, (9, 9, 4)).copy(), BOX, 3, transfer, associated)
     xy, turn = np.full((40, 2), 4.3), np.tile([0.5, 0, 0, 0.5], (40, 1))
-    result = Sampler(texture, filter)(lambda part: Places(xy[part], turn[part]), 40)
+    result = Sampler(texture, filter)(lambda part: TexturePlaces(xy[part], turn[part]), 40)
     assert result.dtype == dtype
     assert np.abs(result / top - pixel / top).max() < 1e-6
 

@@ -23,6 +23,7 @@ def carrier(tolerance=1e-4, rims=(SQUARE,), map=bent):
     return Carrier(map, rims, 1e-6, tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
 def test_lines_stay_within_the_tolerance_of_their_images(tolerance):
     line = np.array([0.1 + 0.1j, 0.9 + 0.2j, 0.8 + 0.9j])

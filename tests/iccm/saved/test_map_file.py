@@ -42,6 +42,7 @@ def saved(bent, tmp_path):
     return tmp_path / "map.npz"
 
 
+@pytest.mark.slow
 def test_a_loaded_map_equals_the_saved_one_bit_for_bit(fits, tmp_path):
     assert fits["partial"].coverage.is_partial and len(fits["with a hole"].map.loops) == 2
     for name, fit in fits.items():
@@ -213,6 +214,7 @@ def test_values_of_another_type_are_refused(saved, key, value):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_a_crowded_conformal_map_is_read_as_it_was_written(tmp_path):
     """Vertices that crowding requires may be closer to each other than an outline's may be."""
     square, dart = np.array([0, 100, 100 + 100j, 100j]), np.array([0, 50 + 49.9j, 100, 50 + 50j])[::-1]

@@ -7,7 +7,7 @@ from iccm.curve import Curve
 from iccm.meshes.disk_patch import disk_patch
 from iccm.meshes.flatten import Flattening
 from iccm.meshes.mesh import Mesh
-from iccm.surfaces.as_written import Written
+from iccm.surfaces.as_written import WrittenCoordinates
 
 OUTER = np.array([0, 6, 6 + 5j, 5j])
 INNER = np.array([2 + 2j, 4 + 2j, 4 + 3j, 2 + 3j])
@@ -22,7 +22,7 @@ def frame(inner):
     patch = disk_patch(Mesh.triangles("frame", points, faces))
     outer = next(loop for loop in patch.loops if 0 in patch.vertex[loop])
     layout = Flattening(patch, flat[patch.vertex], outer, "lscm")
-    return Written.of(np.concatenate([OUTER, inner])[patch.vertex], layout, Curve(OUTER))
+    return WrittenCoordinates.of(np.concatenate([OUTER, inner])[patch.vertex], layout, Curve(OUTER))
 
 
 @pytest.mark.parametrize(

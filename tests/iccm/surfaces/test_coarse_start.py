@@ -23,7 +23,7 @@ def test_a_coarser_triangulation_leads_to_the_same_map(monkeypatch, mirrored, ne
     layout = flatten(disk_patch(mesh))
     plain = iccm.fit(outline, layout)
     sizes = []
-    real = coarse_start._carried
+    real = coarse_start._refine_to_all_triangles
 
     def watched(state, points, small, *args):
         result = real(state, points, small, *args)
@@ -33,7 +33,7 @@ def test_a_coarser_triangulation_leads_to_the_same_map(monkeypatch, mirrored, ne
     monkeypatch.setattr(coarse_start, "LARGE_VERTEX_COUNT", 300)
     monkeypatch.setattr(coarse_start, "DIRECT_VERTEX_COUNT", 10**6 if newton else 300)
     monkeypatch.setattr(coarse_start, "MOST_SWEEPS", 100)
-    monkeypatch.setattr(coarse_start, "_carried", watched)
+    monkeypatch.setattr(coarse_start, "_refine_to_all_triangles", watched)
     fit = iccm.fit(outline, layout)
     (small, whole, unchanged, _), *_ = sizes
     assert sizes[-1][3] is not newton

@@ -15,15 +15,15 @@ from iccm.balanced.minimise.in_space import assemble_in_space, total_in_space
 from iccm.balanced.minimise.sliding import border_energy
 from iccm.balanced.minimise.unfold import unfold_in
 from iccm.balanced.model.energy import WITHOUT_ROTATION, Energy
-from iccm.balanced.model.frames import frame_of, unit_curve
 from iccm.balanced.model.metric import LaidMetric
+from iccm.balanced.model.unit_coordinates import unit_curve, unit_similarity
 from iccm.balanced.search import multilevel
 from iccm.balanced.search.unit_problem import UnitProblem
 from iccm.flattening import even_layout, flatten
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
 from iccm.io.shapes import constraints
-from iccm.io.shapes.listing import ConstraintsFile, Pin
+from iccm.io.shapes.listing import ConstraintsFile, PinEntry
 from iccm.meshes.cut import cut_through
 from iccm.meshes.disk_patch import disk_patch, nearest, sound_piece
 from iccm.meshes.geodesics import GeodesicGraph
@@ -107,7 +107,7 @@ def test_meshes_of_few_triangles_go_onto_each_other_by_landmarks(tmp_path):
     inputs = Inputs(Job(source=source, target=target, pin=pins, cut=True))
     source_shape, target_shape = inputs.shape(source), inputs.shape(target, target=True)
     marks = constraints.collect(
-        source_shape, target_shape, ConstraintsFile(pins=[Pin(source=a, target=b) for a, b in pins])
+        source_shape, target_shape, ConstraintsFile(pins=[PinEntry(source=a, target=b) for a, b in pins])
     ).pins
     fit = iccm.fit(source_shape.domain, target_shape.domain, pins=marks)
     assert fit.status is Status.REACHED
@@ -209,13 +209,13 @@ def test_horns_go_onto_horns_without_landmarks_on_them():
 def shaken():
     """A map of a surface onto a copy on its own triangles, with inner vertices displaced."""
     source, target = (even_layout(flatten(disk_patch(horned(*how)))) for how in ((120, 3), (200, 4)))
-    frames = [frame_of(layout.boundary) for layout in (source, target)]
+    frames = [unit_similarity(layout.boundary) for layout in (source, target)]
     curves = [unit_curve(frame, layout.boundary) for frame, layout in zip(frames, (source, target))]
     metrics = tuple(LaidMetric.of(layout, frame) for layout, frame in zip((source, target), frames))
     problem = UnitProblem(*curves, WITHOUT_ROTATION, metrics=metrics)
     level = multilevel.Level.of(problem, 0.08, 1e-3, 1e-3, 20.0)
     match = icp_start._interpolate(*curves, (curves[0].z[:1], curves[1].z[[0]]))
-    state = level.mapped(match).unfolded()
+    state = level.mapped(match).unfold_from_harmonic()
     return replace(state, ground=ground_of(target, frames[1]))
 
 

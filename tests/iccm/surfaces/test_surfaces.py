@@ -9,8 +9,8 @@ import scipy.optimize
 import scipy.spatial
 
 import iccm
-from iccm.balanced.model.frames import frame_of
 from iccm.balanced.model.metric import LaidMetric, rest_geometry
+from iccm.balanced.model.unit_coordinates import unit_similarity
 from iccm.balanced.search.levels import FINE_POWER
 from iccm.curve import Curve
 from iccm.errors import InputError
@@ -86,7 +86,7 @@ def test_a_metric_is_that_of_the_surface():
     layout = flatten(disk_patch(grid(9, 7, lambda x, y: (x, 2 * y, 0 * x))))
     squeezed = replace(layout, flat=3 * layout.flat.real + 1j * layout.flat.imag)
     outline = Curve.domain(squeezed.flat[squeezed.loop])
-    frame = frame_of(outline).rotated(0.4)
+    frame = unit_similarity(outline).rotated(0.4)
     triangles = frame(np.array([[0, 0.3, 0.1 + 0.2j], [-0.2, -0.1j, 0.2]]) + frame.centre)
     jacobian = LaidMetric.of(squeezed, frame).over(triangles)
     major, minor = np.abs(jacobian.a) + np.abs(jacobian.b), np.abs(jacobian.a) - np.abs(jacobian.b)
@@ -96,7 +96,7 @@ def test_a_metric_is_that_of_the_surface():
 
 def test_a_metric_in_a_mirror_is_mirrored():
     layout = even_layout(flatten(disk_patch(grid(9, 9, hill))))
-    frame = frame_of(Curve.domain(layout.flat[layout.loop])).rotated(0.3)
+    frame = unit_similarity(Curve.domain(layout.flat[layout.loop])).rotated(0.3)
     mirrored = frame._replace(mirrored=True)
     corners = layout.flat[layout.patch.faces[::7]]
     plain, reflected = (LaidMetric.of(layout, f).over(f(corners)) for f in (frame, mirrored))
@@ -158,6 +158,7 @@ def test_the_figures_of_a_surface_do_not_depend_on_its_layout():
     assert plain["p50"] == pytest.approx(distorted["p50"], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_map_and_its_inverse_are_as_even():
     layout = flatten(disk_patch(grid(17, 17, hill)))
     forward, back = iccm.fit(layout, circle()), iccm.fit(circle(), layout)
@@ -254,6 +255,7 @@ def test_pins_of_a_surface_are_met():
         assert abs(complex(fit.map(np.array([z]))[0]) - w) < 1e-9
 
 
+@pytest.mark.slow
 def test_strokes_of_a_surface_are_met():
     layout = flatten(disk_patch(grid(17, 17, hill)))
     z = layout.flat[[5 * 17 + 5, 8 * 17 + 8, 11 * 17 + 9]]

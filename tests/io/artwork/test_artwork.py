@@ -2,6 +2,8 @@
 
 import base64
 import re
+import shutil
+import subprocess
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,7 +15,7 @@ from iccm.errors import InputError
 from iccm.io import artwork
 from iccm.io.artwork import animation, element
 from iccm.io.artwork.clip import Span
-from iccm.io.artwork.mapping import Places
+from iccm.io.artwork.mapping import SegmentMapper
 from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
 from iccm.io.shapes import shape
@@ -23,6 +25,7 @@ from iccm.maps.bezier_fit import refit
 from iccm.maps.harmonic import HarmonicMap
 
 LINK = "{http://www.w3.org/1999/xlink}href"  # the only form that Inkscape 1.2 shows
+INKSCAPE = shutil.which("inkscape")
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" viewBox="-100 -100 200 200">'
 DRAWING = """<style>.hot{fill:red}</style><defs><circle id="dot" r="5"/></defs>
 <path id="shape" d="M90 0 C90 50 50 90 0 90 S-90 50 -90 0 S-50 -90 0 -90 S90 -50 90 0Z" fill="tan"/>
@@ -30,7 +33,8 @@ DRAWING = """<style>.hot{fill:red}</style><defs><circle id="dot" r="5"/></defs>
 <use xlink:href="#dot" x="-40" y="30" fill="green"/>
 <polyline points="-50,-20 0,-30 40,-50" fill="none" stroke="black"/>
 <rect x="60" y="-20" width="80" height="40" opacity="0.5"/>
-<rect x="300" y="0" width="10" height="10"/><text>no</text><circle id="pin-a" r="1"/></svg>"""
+<rect x="300" y="0" width="10" height="10"/><text writing-mode="sideways-lr">no</text>
+<circle id="pin-a" r="1"/></svg>"""
 
 
 @pytest.fixture
@@ -90,12 +94,23 @@ def test_refit_is_straight_where_the_curve_nearly_stops():
 def test_path_data_are_the_rounded_numbers_without_zeros_at_the_end(digits):
     first = [-0.001 + 1e-7j, 12.5 - 3j, 1234567.125 + 0.30001j, 100 - 1e-9j]
     z = np.array([first, [first[-1], 2j, 5, -7.06]])
-    data = element._data([([z[:1], z[1:]], True), ([z[1:]], False)], digits)
+    data = element._data([([z[:1], z[1:]], True), ([z[1:]], False)], digits, curves=False)
     assert re.sub("[^A-Z]", "", data) == "MCCZMC"
     numbers = [float(part) for part in re.findall(r"[-+.\de]+", data)]
     points = np.array([*z[0], *z[1, 1:], *z[1]])
     expected = [float(f"{x:.{digits}f}") for x in points.view(float)]
     assert numbers == expected and "-0 " not in data and ".0 " not in data
+
+
+def test_straight_segments_are_lines_unless_all_frames_need_curves():
+    along = np.array([0, 1, 2, 3]) * (10 + 4j) / 3
+    bent = along + np.array([0, 0.02, 0, 0])
+    down, back = np.linspace(10 + 4j, 8j, 4), np.linspace(8j, 0, 4)
+    bends, closes = [along[None], bent[None]], [along[None], down[None], back[None]]
+    assert element._data([(bends, True)], 2, curves=False) == "M0 0L10 4C3.35 1.33 6.67 2.67 10 4Z"
+    assert element._data([(closes, True)], 2, curves=False) == "M0 0L10 4L0 8Z"
+    assert element._data([(closes, False)], 2, curves=False) == "M0 0L10 4L0 8L0 0"
+    assert element._data([(closes, True)], 2, curves=True).count("C") == 3
 
 
 def test_points_of_many_pieces_are_those_of_each():
@@ -110,8 +125,8 @@ def test_points_of_many_pieces_are_those_of_each():
     numbers = np.array([5, 5, 0, 3, 3, 3, 1, 4, 2, 2, 0, 5])
     t = np.linspace(0, 1, numbers.size)
     expected = np.array([pieces[k].at(np.array([s]))[0] for k, s in zip(numbers, t)])
-    assert np.abs(Places(pieces)(numbers, t) - expected).max() < 1e-14
-    assert Places([])(numbers[:0], t[:0]).size == 0
+    assert np.abs(SegmentMapper(pieces)(numbers, t) - expected).max() < 1e-14
+    assert SegmentMapper([])(numbers[:0], t[:0]).size == 0
 
 
 def test_paths_are_the_images_of_the_shapes(source, tmp_path):
@@ -558,6 +573,31 @@ def test_an_embedded_picture_is_resampled(tmp_path):
     assert np.abs(pixels[..., :3] - expected)[inside].max() < 1.5
 
 
+@pytest.mark.slow
+@pytest.mark.skipif(not INKSCAPE, reason="NOT SHOWN BY INKSCAPE: install it")
+def test_inkscape_shows_an_embedded_picture_without_seams(tmp_path, monkeypatch, iccm):
+    """Bent onto a curved shape; the left of the picture is red, and the right blue."""
+    monkeypatch.chdir(tmp_path)
+    halves = np.full((20, 40, 3), (200, 30, 20), np.uint8)
+    halves[:, 20:] = 20, 40, 200
+    (tmp_path / "a.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 40">'
+        f'<image width="80" height="40" href="{embedded_png(halves)}"/></svg>'
+    )
+    (tmp_path / "b.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 60">'
+        '<path d="M5 10Q50 -10 95 10V50Q50 30 5 50Z"/></svg>'
+    )
+    assert iccm("map", "a.svg#canvas", "b.svg", "-o", "o.svg").code == 0
+    command = [INKSCAPE, "o.svg", "--export-type=png", "--export-filename=o.png", "--export-width=500"]
+    subprocess.run(command, check=True, timeout=100, capture_output=True)
+    shown = image_files.read("o.png").pixels.astype(int)
+    assert shown.shape[:2] == (300, 500) and not shown[290, 250, 3]
+    for columns, colour in ((slice(40, 220), (200, 30, 20)), (slice(280, 460), (20, 40, 200))):
+        inside = shown[60:190, columns]
+        assert np.abs(inside - (*colour, 255)).max() <= 2
+
+
 @pytest.mark.parametrize("size", [1, 40])
 def test_an_embedded_picture_of_one_colour_stays_one(size, tmp_path):
     flat = np.full((size, 2 * size, 3), (180, 60, 20), np.uint8)
@@ -659,7 +699,8 @@ def test_nothing_that_would_undo_the_map_or_run_is_kept(tmp_path):
     xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" id="a" inkscape:label="Art" inkscape:groupmode="layer">
     <path id="b" sodipodi:type="star" inkscape:original-d="M0 0" d="M0 0H9V9" onclick="x()"/></g><script>x()</script>
     <switch><foreignObject requiredExtensions="x"/><g id="c"><rect width="5" height="5"/></g></switch>
-    <g display="none"><rect id="d" width="9" height="9"/></g><text>a</text><text>b</text><flowRoot/><animate/>"""
+    <g display="none"><rect id="d" width="9" height="9"/></g>
+    <text writing-mode="sideways-lr">a</text><text writing-mode="sideways-lr">b</text><flowRoot/><animate/>"""
     elements, notes = body(tmp_path, drawing)
     assert set(elements["b"].attrib) == {"id", "d"}
     assert [k.partition("}")[2] for k in elements["a"].attrib] == ["", "label", "groupmode"]
@@ -844,6 +885,58 @@ def test_attributes_of_other_programs_stay_on_their_elements(tmp_path, monkeypat
         f"{stitches}row_spacing_mm": "0.25",
         "{https://example.org/other}depth": "3",
     }
+
+
+@pytest.mark.keeps("inkstitch", "parameters of stitches", "commands, which move with the map and do not bend")
+def test_commands_of_ink_stitch_stay_commands(tmp_path):
+    """Ink/Stitch finds a command by the <symbol> of a <use> at one end of a line, and its object at the other end."""
+    drawing = tmp_path / "a.svg"
+    drawing.write_text(
+        HEAD.replace("<svg ", '<svg xmlns:inkscape="http://www.inkscape.org/namespaces/inkscape" ')
+        + '<defs><symbol id="inkstitch_trim"><path d="M-4 -2h8v4h-8z"/></symbol></defs>'
+        '<path id="leaf" d="M-60 -60h90v90z"/><g transform="translate(20 0)">'
+        '<use id="cut" xlink:href="#inkstitch_trim" '
+        'x="-70" y="10"/><use id="far" xlink:href="#inkstitch_trim" x="900"/></g><path id="line" d="M0 0L-50 10" '
+        'fill="none" stroke="#000" inkscape:connection-start="#leaf" inkscape:connection-end="#cut"/></svg>'
+    )
+    source = shape.read(f"{drawing}#canvas")
+    artwork.carry(source, curved(source), source, tmp_path / "b.svg")
+    top = ElementTree.parse(tmp_path / "b.svg").getroot()
+    by_id = {e.get("id"): e for e in top.iter() if e.get("id")}
+    line, name = by_id["line"], "{http://www.inkscape.org/namespaces/inkscape}connection-"
+    target, use = (by_id[line.get(name + end)[1:]] for end in ("start", "end"))
+    symbol = by_id[use.get(LINK)[1:]]
+    assert [e.tag.partition("}")[2] for e in (target, use, symbol)] == ["path", "use", "symbol"]
+    assert symbol.get("id") == "inkstitch_trim" and sum(e.tag == use.tag for e in top.iter()) == 1
+    z = -50 - 10j  # y up
+    place = affine.parse(use.get("transform"))(complex(float(use.get("x", 0)), float(use.get("y", 0))))
+    assert abs(place - (z + 0.003 * z**2).conjugate()) < 0.1
+
+
+@pytest.mark.keeps("inkstitch", "rails and rungs of satin columns", "settings of the document")
+def test_satin_columns_keep_their_rails_and_rungs(tmp_path):
+    """Ink/Stitch tells them apart by the order, the directions and the ends of the lines in one path."""
+    rails = [(-60, 20, 40, 15), (-60, 50, 40, 45)]
+    rungs = [(-30, 8, -30, 60), (20, 5, 20, 58)]
+    drawing = tmp_path / "a.svg"
+    drawing.write_text(
+        HEAD.replace("<svg ", '<svg xmlns:s="http://inkstitch.org/namespace" ')
+        + "<metadata><s:collapse_len_mm>3</s:collapse_len_mm></metadata>"
+        + '<path id="satin" fill="none" stroke="#a00" s:satin_column="True" d="'
+        + "".join(f"M{x} {y}L{u} {v}" for x, y, u, v in rails + rungs)
+        + '"/></svg>'
+    )
+    source = shape.read(f"{drawing}#canvas")
+    artwork.carry(source, curved(source), source, tmp_path / "b.svg")
+    top = ElementTree.parse(tmp_path / "b.svg").getroot()
+    stitches = "{http://inkstitch.org/namespace}"
+    assert top.findtext(f".//{stitches}collapse_len_mm") == "3"
+    (satin,) = (e for e in top.iter() if e.get("id") == "satin")
+    assert satin.get(f"{stitches}satin_column") == "True"
+    lines = [run.z for run in path_data.subpaths(satin.get("d"), affine.Affine(), 1e-3)]
+    ends = np.array([[line[0], line[-1]] for line in lines])
+    z = np.array([[complex(x, -y), complex(u, -v)] for x, y, u, v in rails + rungs])
+    assert ends.shape == z.shape and np.abs(ends - (z + 0.003 * z**2).conj()).max() < 0.1
 
 
 def test_path_data_in_style_sheets_are_mapped(tmp_path, monkeypatch, iccm):

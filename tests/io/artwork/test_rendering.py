@@ -242,6 +242,7 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_a_drawing_is_its_own_picture(files, iccm):
     transparent = "--gaps", "transparent"
     assert iccm("map", "a.svg", "b.svg", "--size", "100", *transparent, "-o", "o.png").code == 0
@@ -345,6 +346,7 @@ def test_a_small_result_needs_no_large_rendering(files, rendered_sizes, monkeypa
     assert sizes[1] == pytest.approx(texture.MOST_RENDERED_PIXELS, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_mesh_holds_the_rendered_drawing(files, iccm):
     (files / "m.obj").write_text(
         "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv .4 .5 .2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"

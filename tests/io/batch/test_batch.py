@@ -216,6 +216,7 @@ def test_an_input_that_went_away_fails_its_job_only(play, tmp_path):
     assert results["c"]["status"] == "failed" and "c" in results["c"]["message"] and "c" not in pool.started
 
 
+@pytest.mark.slow
 def test_a_worker_that_died_between_two_jobs_does_not_answer_with_the_old_result(tmp_path):
     pool = pools.Processes(1, 1)
     try:
@@ -441,6 +442,7 @@ def test_a_batch_from_end_to_end(shapes, shell):
     assert refused.returncode == 2 and refused.stderr.count("--force") == 12 and refused.stdout == ""
 
 
+@pytest.mark.slow
 def test_the_wrong_manifest_and_the_failing_job_have_their_exit_codes(shapes, iccm, monkeypatch):
     (shapes / "bad.jsonl").write_text('{"source": "x"}\n{"sauce": 1}\n')
     result = iccm("batch", "bad.jsonl")

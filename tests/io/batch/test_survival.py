@@ -343,6 +343,7 @@ def test_two_batches_at_once_on_the_same_outputs(folder, start):
     assert resumed(start, folder) == 4
 
 
+@pytest.mark.slow
 def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, iccm):
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()
@@ -360,6 +361,7 @@ def test_resume_sweeps_the_temporary_files_of_a_batch_that_was_killed(shapes, ic
     assert "removed 1 temporary files" in result.err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_remains_of_a_killed_batch_print_nothing(folder, start):
     """Neither by its workers, idle or not, nor by the process that tracks their semaphores."""
@@ -371,6 +373,7 @@ def test_remains_of_a_killed_batch_print_nothing(folder, start):
     assert "Traceback" not in err and "semaphore" not in err and "Warning" not in err, err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_an_idle_worker_stops_silently(tmp_path):
     code = (

@@ -268,6 +268,7 @@ def test_junit_follows_source_date_epoch(folders, iccm, monkeypatch):
     assert reports[0] == reports[1] and b"1970-01-01T00:00:00" in reports[0]
 
 
+@pytest.mark.slow
 def test_the_whole_loop_on_real_results(shapes, iccm):
     """A worse solution, by fewer iterations, is a regression of picture and report."""
     options = ("--method", "paper", "--vertices", "60", "--size", "48", "--force")

@@ -110,6 +110,7 @@ def test_heat_rises():
     assert ramp[0] == 0 and ramp[-1] == 3 * 255 and (np.diff(ramp) >= 0).all()
 
 
+@pytest.mark.slow
 def test_a_batch_on_a_page(shapes, iccm):
     (shapes / "none.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
     (shapes / "jobs.jsonl").write_text(

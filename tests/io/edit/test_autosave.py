@@ -11,7 +11,7 @@ from iccm.errors import InputError
 from iccm.io.edit import autosave, saving
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
-from iccm.io.edit.workspace import Workspace
+from iccm.io.edit.workspace import EditedFiles
 from iccm.io.run.job import make
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -49,7 +49,7 @@ def test_the_token_is_the_users_alone(shapes, state, before):
             (folder / "files").mkdir(parents=True)
             autosave.path(JOB).write_text("{}")
         edited = Session(JOB)
-        path = Path(Workspace(source="square.svg", target="blob.svg").put("other.svg", b"<svg/>"))
+        path = Path(EditedFiles(source="square.svg", target="blob.svg").put("other.svg", b"<svg/>"))
         autosave.keep(edited, SCENE, *AT)
     finally:
         os.umask(old)
@@ -83,7 +83,7 @@ def test_what_is_offered_stays_until_it_is_taken_or_forgotten(shapes):
     autosave.offer(edited, autosave.read(JOB))
     autosave.keep(edited, edited.pair.first, *AT)  # nothing has been changed yet
     assert autosave.read(JOB).scene == SCENE
-    edited.left = None
+    edited.unsaved_scene = None
     autosave.keep(edited, edited.pair.first, *AT)
     assert autosave.read(JOB) is None
 

@@ -7,6 +7,7 @@ import shlex
 
 import numpy as np
 import pytest
+import shapely
 from PIL import Image
 
 from iccm import load
@@ -17,6 +18,7 @@ from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
 from iccm.io.edit.workspace import parts_of
 from iccm.io.run.job import make
+from iccm.maps.joined import images
 from tests.cases import slow
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -105,6 +107,7 @@ def test_gaps_of_a_drawing_that_is_its_own_picture_are_shown_as_the_command_show
         assert (picture[..., 3].min() == 255) == opaque
 
 
+@pytest.mark.slow
 def test_a_pin_between_parts_is_met_and_followed(drawings):
     edited = session("bars.svg", "panes.svg")
     assert edited.solve(scene(GAP)).ok
@@ -121,6 +124,7 @@ def test_a_pin_between_parts_is_met_and_followed(drawings):
     assert edited.solve(scene(strokes=[stroke])).ok
 
 
+@pytest.mark.slow
 def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm):
     edited = session("comb.svg", "panes.svg#bbox")
     assert edited.solve(scene()).ok
@@ -143,24 +147,78 @@ def test_the_first_pin_changes_nothing_where_the_map_takes_it(drawings, iccm):
     assert displacement(load("typed.npz").map, edited.maps[0]) < 1e-3 * target.curve.diagonal
 
 
-@pytest.mark.parametrize("fit", ["auto", "cover"])
-def test_the_first_pin_shows_what_was_hidden_and_names_the_fit_that_hides_it_again(drawings, fit):
+def hiding(fit="auto"):
+    """Return a session whose map hides part of the source, and a pin where the map takes it."""
     # by its detail the house would be composed, in a frame that pins keep
     edited = Session(make({"source": "house.svg", "target": "fork.svg", "detail": 0}))
     assert edited.solve(scene(fit=fit)).ok and edited.fit.coverage.is_partial
-    hiding, diagonal = edited.maps[0], edited.pair.target.curve.diagonal
-    ends = [
-        {"source": at, "target": placing.transfer(edited, "source", [at])[0]} for at in ([14, 70], [70, 80])
-    ]
-    first = edited.solve(scene(ends[0], fit=fit))
-    assert first.ok and ("Cover all" in first.message) == (fit == "auto")
-    assert edited.fit.coverage.is_partial == (fit == "cover")
-    if fit == "cover":
-        assert displacement(hiding, edited.maps[0]) < 0.05 * diagonal
-    else:
-        assert "Cover all" not in edited.solve(scene(*ends)).message
+    at = [70, 80]
+    return edited, {"source": placing.transfer(edited, "target", [at])[0], "target": at}
 
 
+def dragged_to(edited, pin, at, fit="auto", steps=5):
+    """Drag a pin to a place, and release it; return the scene and the update."""
+    start = np.array(pin["target"], float)
+    for share in np.arange(1, steps + 1) / steps:
+        edited.scene = last = scene(
+            {**pin, "target": (start + share * (np.array(at) - start)).tolist()}, fit=fit
+        )
+        assert edited.follow(last).drawn is not None
+    return last, edited.solve(last, hand="released")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fit", ["auto", "cover"])
+def test_the_first_pin_on_a_map_that_hides_parts_changes_nothing(drawings, fit):
+    edited, pin = hiding(fit)
+    before, diagonal = edited.maps[0], edited.pair.target.curve.diagonal
+    first = edited.solve(scene(pin, fit=fit))
+    assert first.ok and displacement(before, edited.maps[0]) < 1e-6 * diagonal
+    last, released = dragged_to(edited, pin, [75, 78], fit)
+    assert released.ok and released.figures["injective"]["certified"] and not released.short
+    moved = np.abs(edited.maps[0](before.source) - before.image) / diagonal
+    at = edited.pair.placed(last).pins[0]
+    assert abs(edited.maps[0](at[:1])[0] - at[1]) < 0.01 * diagonal
+    assert moved.max() > 0.03 and np.nanmedian(moved) < 0.01  # the drag stays local
+
+
+@pytest.mark.slow
+def test_a_drag_on_a_map_that_hides_parts_is_undone_saved_and_repeated(drawings, iccm):
+    edited, pin = hiding()
+    edited.solve(scene(pin))
+    last, _ = dragged_to(edited, pin, [75, 78])
+    seen, diagonal = edited.maps[0], edited.pair.target.curve.diagonal
+    assert edited.solve(scene(pin)).ok and displacement(seen, edited.maps[0]) > 1e-3 * diagonal
+    assert edited.solve(last).ok and np.array_equal(edited.maps[0].image, seen.image)
+    _, further = dragged_to(edited, {**pin, "target": [75, 78]}, [72, 80])
+    assert further.ok  # from the map that undo brought back
+    edited.solve(last)
+    saving.save(edited, last, saving.constraints_file(edited), replace=False)
+    assert iccm(*shlex.split(saving.command(edited, last))[1:-1], "typed.npz").code == 0
+    assert np.array_equal(load("typed.npz").map.image, edited.maps[0].image)
+
+
+@pytest.mark.slow
+def test_another_fit_is_offered_where_parts_are_hidden_and_shown_only_when_asked_for(drawings):
+    edited, pin = hiding()
+    edited.solve(scene(pin))
+    last, _ = dragged_to(edited, pin, [75, 78])
+    seen = edited.maps[0]
+    offered = edited.compare(last, resting=True)
+    assert offered.other == "fresh" and edited.maps[0] is seen
+    assert edited.solve(last, "fresh").ok and displacement(seen, edited.maps[0]) > 0.01
+    assert edited.solve(last, "kept").ok and np.array_equal(edited.maps[0].image, seen.image)
+
+
+@pytest.mark.slow
+def test_a_stroke_shows_what_was_hidden_with_a_message(drawings):
+    edited, _ = hiding()
+    stroke = {"source": [[14, 60], [14, 80]], "target": [[12, 60], [12, 80]]}
+    update = edited.solve(Scene.model_validate({"strokes": [stroke]}))
+    assert update.ok and "nothing is left out" in update.message
+
+
+@pytest.mark.slow
 def test_a_click_on_a_point_that_is_hidden_is_refused(drawings):
     edited = session("panes.svg#bbox", "comb.svg")
     assert edited.solve(scene(fit="frame")).ok
@@ -182,8 +240,110 @@ def test_parts_that_are_mapped_one_by_one_each_take_points(drawings):
     assert np.allclose(
         placing.transfer(edited, "target", destination), [(22, 24), (80, 20), (50, 82)], atol=1e-3
     )
-    pinned = edited.solve(scene({"source": [50.0, 82.0], "target": [48.0, 80.0]}))
-    assert pinned.ok and len(edited._maps) == 1
+
+
+def exported(edited, of_scene, name):
+    """Return the bytes of the picture that the command writes for a scene."""
+    return saving.download(edited, of_scene, name, 120).content
+
+
+@pytest.mark.slow
+def test_the_first_pin_on_parts_that_are_mapped_one_by_one_changes_nothing(drawings, iccm):
+    edited = session("dots.svg", "squares.svg", texture="checker")
+    assert edited.solve(scene()).ok
+    before, picture, diagonal = (
+        edited.maps,
+        exported(edited, scene(), "a.png"),
+        edited.pair.target.curve.diagonal,
+    )
+    place = [52.0, 84.0]
+    pin = {"source": place, "target": placing.transfer(edited, "source", [place])[0]}
+    first = edited.solve(scene(pin))
+    assert first.ok and [displacement(*maps) for maps in zip(before, edited.maps)] == pytest.approx(
+        [0] * 3, abs=1e-7
+    )
+    assert exported(edited, scene(pin), "b.png") == picture
+    # dragged, it moves its own part, and nothing else
+    x, y = pin["target"]
+    last, released = dragged_to(edited, pin, [x - 4, y - 3])
+    assert released.ok and released.figures["injective"]["certified"] and not released.short
+    moved = [displacement(*maps) / diagonal for maps in zip(before, edited.maps)]
+    assert np.sort(moved) == pytest.approx([0, 0, max(moved)], abs=1e-7) and max(moved) > 0.01
+    # saved, and repeated by the command line
+    saving.save(edited, last, saving.constraints_file(edited), replace=False)
+    saving.export(edited, last, "page.png", 120, replace=False)
+    done = iccm(*shlex.split(saving.command(edited, last))[1:-1], "typed.png", "--size", "120")
+    assert done.code == 0, done.err
+    assert (drawings / "typed.png").read_bytes() == (drawings / "page.png").read_bytes()
+    assert exported(edited, last, "c.png") != picture
+
+
+@pytest.mark.slow
+def test_a_pin_in_a_second_part_leaves_the_first_ones_where_they_are(drawings):
+    edited = session("dots.svg", "squares.svg", texture="checker")
+    edited.solve(scene())
+    pins = []
+    for place, offset in (((52.0, 84.0), -4), ((20.0, 22.0), 4)):
+        [[x, y]] = placing.transfer(edited, "source", [place])
+        pins.append({"source": place, "target": [x, y]})
+        assert edited.solve(scene(*pins)).ok
+        for share in (0.25, 0.5, 0.75, 1):
+            pins[-1] = {"source": place, "target": [x + share * offset, y]}
+            edited.scene = last = scene(*pins)
+            assert edited.follow(last).drawn is not None
+        assert edited.solve(last, hand="released").ok
+    assert len(edited.maps) == 3
+    placed = edited.pair.placed(last).pins
+    gaps = np.abs(images(edited.maps, placed[:, 0]) - placed[:, 1]) / edited.pair.target.curve.diagonal
+    assert gaps.max() < 0.01
+
+
+@pytest.mark.slow
+def test_a_pin_that_is_dragged_out_of_its_part_stops_at_the_rim(drawings):
+    edited = session("dots.svg", "squares.svg", texture="checker")
+    edited.solve(scene())
+    place = [52.0, 84.0]
+    pin = {"source": place, "target": placing.transfer(edited, "source", [place])[0]}
+    edited.solve(scene(pin))
+    _, released = dragged_to(edited, pin, [49.0, 58.0])  # between the squares
+    assert released.kind == "full" and released.ok and released.short == [0] and len(edited.maps) == 3
+    x, y = released.scene.pins[0].target
+    assert 36 <= x <= 62 and 66 <= y < 72
+
+
+def area_of(rings):
+    """The area within an odd number of rings."""
+    area = shapely.Polygon()
+    for ring in rings:
+        area = area.symmetric_difference(shapely.Polygon(ring))
+    return area
+
+
+@pytest.mark.slow
+def test_the_first_pin_keeps_the_silhouette_on_which_a_drawing_is_shown(drawings):
+    (drawings / "sign.svg").write_text(
+        SVG.format(
+            '<path fill-rule="evenodd" d="M10 10H90V90H10ZM16 16V84H84V16Z"/><path d="M30 46H70V54H30Z"/>'
+        )
+    )
+    (drawings / "ring.svg").write_text(
+        SVG.format(
+            '<path fill-rule="evenodd" d="M18 6H81L100 62V94H0V62ZM23 12L7 62H93L77 12ZM6 69V87H94V69Z"/>'
+            '<path d="M12 75H19V81H12Z"/>'
+        )
+    )
+    edited = session("sign.svg", "ring.svg")
+    shown = edited.solve(scene())
+    assert shown.ok and len(shown.silhouette["rings"]) == 1 and len(shown.silhouette["toned"]) >= 2
+    picture, place = exported(edited, scene(), "a.png"), [50.0, 50.0]
+    pin = {"source": place, "target": placing.transfer(edited, "source", [place])[0]}
+    pinned = edited.solve(scene(pin))
+    assert pinned.ok and pinned.silhouette["rings"] == shown.silhouette["rings"]
+    toned, before = (area_of(update.silhouette["toned"]) for update in (pinned, shown))
+    assert toned.symmetric_difference(before).area < 1e-3 * before.area  # whose outline has other vertices
+    assert exported(edited, scene(pin), "b.png") == picture
+    _, released = dragged_to(edited, pin, [pin["target"][0] + 5, pin["target"][1]])
+    assert released.ok and released.silhouette["rings"] == shown.silhouette["rings"]
 
 
 def test_all_parts_of_a_drawing_are_deformed(drawings):

@@ -51,6 +51,7 @@ def test_the_triangles_come_as_they_are(onto):
         onto.view.triangles("source")
 
 
+@pytest.mark.slow
 def test_what_is_drawn_is_what_is_written(onto, shapes):
     fit = onto.solve(scene())
     outcome = saving.export(onto, scene(), "hill-new.obj", 64, replace=False)
@@ -86,6 +87,7 @@ def test_pins_are_places_of_the_surface_and_vertices(onto):
         placing.transfer(onto, "source", ["v5"])
 
 
+@pytest.mark.slow
 def test_after_a_drag_no_second_map_is_solved(onto, monkeypatch):
     onto.solve(scene())
     [place] = placing.transfer(onto, "source", [[40, 45]])

@@ -40,8 +40,8 @@ WEAK = "import iccm.balanced.interactive as live; live.STIFFEST = 1.0"  # code: 
 class Page:
     """A running `iccm edit` and a browser that shows it."""
 
-    def __init__(self, folder, *arguments, before=""):
-        """`before` is code that the server runs first."""
+    def __init__(self, folder, *arguments, before="", opened=True):
+        """`before` is code that the server runs first; if `opened`, both sides and what is advanced are open."""
         command = [
             sys.executable,
             "-c",
@@ -60,8 +60,12 @@ class Page:
         options.set_capability("unhandledPromptBehavior", "ignore")
         self.driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
         self.driver.get(self.address)
-        self.wait("globalThis.iccm || document.querySelector('#files[open]')")
+        self.wait("globalThis.iccm || !document.getElementById('welcome').hidden")
         if arguments:
+            if opened:
+                self.js(
+                    "(document.getElementById('both').click(), document.getElementById('advanced').open = true)"
+                )
             self.settled()
 
     def start(self):
@@ -513,6 +517,7 @@ def test_everything_is_within_the_window_however_long_names_are(page, tmp_path):
         "rose-leaf", f"{long}.svg", "leaf.svg", "--texture", "petals.jpg", "--max-pixels", "90000000"
     )
     edited.click("source", 259, 156)
+    edited.js("document.getElementById('both').click()")
     for width in (1400, 1280, 1024, 900, 390):
         edited.screen(1, width, 700)
         assert edited.js("document.documentElement.scrollWidth <= innerWidth"), width
@@ -814,7 +819,9 @@ def test_mirror_images_and_corners_attract_and_only_what_changes_is_painted(page
     edited.drag("target", (x, y), (2 * axis - left + 1, top + 1), release=False)
     edited.wait("painted.share < 1 && document.querySelector('#target .guide')")
     assert edited.js("painted.target") > 0 and edited.js("painted.source") == 0
-    assert edited.js("painted.share") == pytest.approx(0.5, abs=0.01)  # there is no graphics card here
+    # there is no graphics card here; a busy machine paints even fewer pixels
+    painted = edited.js("painted.share")
+    assert painted == pytest.approx(0.5, abs=0.01) or painted == pytest.approx(0.25, abs=0.01)
     edited.mouse("mouseReleased", edited.at("target", 2 * axis - left + 1, top + 1))
     assert edited.settled() == "full" and edited.js(share) == 1
     assert np.allclose(edited.scene["pins"][1]["target"], [2 * axis - left, top], atol=1e-4)
@@ -915,7 +922,8 @@ def test_the_keyboard_does_it_all_and_the_server_ends_with_the_page(page, tmp_pa
 
 
 def chosen(page, role, *files):
-    """Choose files in the dialog."""
+    """Choose files in the dialog, once it is open."""
+    page.wait("document.querySelector('#files[open]')")
     page.driver.find_element("css selector", f"[data-role={role}] input").send_keys(
         "\n".join(map(str, files))
     )
@@ -928,6 +936,8 @@ TWO = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M5
 def test_files_are_chosen_on_the_page_and_parts_by_their_pictures(page, tmp_path):
     """From an empty page to a map; then another part, another texture, and one of the samples."""
     edited = page("rose-leaf")
+    edited.js("document.getElementById('welcome-files').click()")
+    edited.wait("document.querySelector('#files[open]')")
     away = tmp_path / "elsewhere"
     away.mkdir()
     (away / "two.svg").write_text(TWO.format('<circle id="dot" cx="80" cy="80" r="15"/>'))
@@ -994,9 +1004,7 @@ def test_what_is_held_still_settles_and_nothing_moves_when_it_is_let_go_of(page)
 
 
 def test_a_better_map_is_shown_while_a_pin_is_held_and_is_what_is_released(page):
-    better = (
-        "import iccm.io.edit.session as edit; edit.REPLACED_STRETCH_RATIO, edit.same = 0, lambda *_: False"
-    )
+    better = "import iccm.io.edit.session as edit; edit.NOTABLE_COST_RATIO, edit.same = 0, lambda *_: False"
     edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=better)
     other = "document.getElementById('other')"
     edited.click("source", 259, 156)
@@ -1333,6 +1341,8 @@ def test_two_fingers_zoom_and_a_swipe_scrolls(page):
 
 def test_a_photograph_is_its_rectangle_its_silhouette_or_what_a_lasso_encloses(page, tmp_path):
     edited = page("rose-leaf")
+    edited.js("document.getElementById('welcome-files').click()")
+    edited.wait("document.querySelector('#files[open]')")
     away = tmp_path / "elsewhere"
     away.mkdir()
     y, x = np.mgrid[:120, :160]
@@ -1422,7 +1432,7 @@ def test_the_tour_shows_each_part_of_the_page_within_the_window(page):
 
 def test_samples_have_thumbnails_and_open_with_their_texture(page):
     edited = page("rose-leaf")
-    samples = "[...document.querySelectorAll('#samples button')]"
+    samples = "[...document.querySelectorAll('#welcome-samples button')]"
     drawn = f"{samples}.map((e) => [...e.querySelectorAll('svg path')].map((p) => p.getBBox().width > .1))"
     assert edited.js(drawn) == [[True, True]] * edited.js(f"{samples}.length") and edited.js(drawn)
     edited.js(f"{samples}.find((e) => e.textContent.startsWith('Limbs')).click()")
@@ -1453,21 +1463,143 @@ def test_the_texture_is_a_checkerboard_or_the_drawing_of_the_source(page):
     assert np.abs(own.mean(axis=0) - checker.mean(axis=0)).max() > 10
 
 
-def test_a_fit_is_chosen_by_its_result(page):
+def test_a_fit_is_chosen_by_its_result_and_equal_results_are_one(page):
     edited = page("rose-leaf", "rose.svg", "leaf.svg")
     edited.js("document.getElementById('fits-show').click()")
-    edited.wait("document.querySelectorAll('#fits-shown img').length === 5")
-    pressed = edited.js(
-        "[...document.querySelectorAll('#fits-shown button')].map((b) => b.getAttribute('aria-pressed'))"
-    )
-    fits = edited.js("[...document.getElementById('how').options].map((option) => option.value)")
-    assert pressed == [str(fit == "auto").lower() for fit in fits]
-    sizes = edited.js("[...document.querySelectorAll('#fits-shown img')].map((i) => i.naturalWidth)")
-    assert min(sizes) > 100
-    edited.js("document.querySelectorAll('#fits-shown button')[arguments[0]].click()", fits.index("whole"))
-    assert edited.settled() == "full" and edited.scene["fit"] == "whole"
+    tiles = "[...document.querySelectorAll('#fits-shown button')]"
+    edited.wait("document.querySelector('#fits[open]') && !document.getElementById('fits-said').textContent")
+    names = edited.js(f"{tiles}.map((tile) => tile.querySelector('.names').textContent.split(', '))")
+    fits = edited.js("[...document.getElementById('how').options].map((option) => option.text.split(':')[0])")
+    assert sorted(name for of_tile in names for name in of_tile) == sorted(fits) and len(names) < len(fits)
+    is_automatic = ["Automatic" in of_tile for of_tile in names]
+    assert edited.js(f"{tiles}.map((tile) => tile.classList.contains('automatic'))") == is_automatic
+    pressed = edited.js(f"{tiles}.map((tile) => tile.getAttribute('aria-pressed') === 'true')")
+    assert pressed == is_automatic
+    assert all("stretch" in text for text in edited.js(f"{tiles}.map((tile) => tile.textContent)"))
+    pictures = edited.js("[...document.querySelectorAll('#fits-shown img')].map((i) => i.naturalWidth)")
+    assert len(pictures) == len(names) and min(pictures) > 100
+    other = next(k for k, of_tile in enumerate(names) if "Cover all" in of_tile)
+    edited.js(f"{tiles}[{other}].click()")
+    assert edited.settled() == "full" and edited.scene["fit"] == "cover"
     assert not edited.js("document.getElementById('fits').open")
-    assert edited.js("document.getElementById('how').value") == "whole"
+    assert edited.js("document.getElementById('how').value") == "cover"
+
+
+def test_what_is_bent_is_marked_and_kept_by_one_click(page, tmp_path):
+    for name in ("heart.svg", "hand.svg", "coffee.jpg"):
+        shutil.copy(SAMPLES.parent / "docs" / "files" / name, tmp_path)
+    edited = page("rose-leaf", "heart.svg", "hand.svg", "--texture", "coffee.jpg")
+    said = edited.js("document.getElementById('status').textContent")
+    assert "bent" in said and "Good fit" not in said
+    counts = [
+        edited.js(f"document.querySelectorAll('#{side} .bent').length") for side in ("source", "target")
+    ]
+    assert counts[0] == counts[1] > 0
+    before = edited.picture(200, 200)
+    for way, kind in (("rigid", "rigid"), ("pin", "pins")):
+        edited.js(f"document.getElementById('bent-{way}').click()")
+        assert edited.settled() == "full" and len(edited.scene[kind]) == counts[0]
+        assert not np.array_equal(edited.picture(200, 200), before)
+        edited.key("z", ctrl=True)
+        assert edited.settled() == "full" and not edited.scene[kind]
+        assert np.array_equal(edited.picture(200, 200), before)
+
+
+LATE = """import time; from iccm.io.edit.session import Session
+follow = Session.follow
+Session.follow = lambda self, scene: (time.sleep(2), follow(self, scene))[1]"""  # code: a server that is busy
+
+
+def test_the_picture_follows_the_hand_before_the_server_answers_and_rests_as_the_server_says(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg", before=LATE)
+    edited.click("source", 259, 156)
+    edited.js("(iccm.take = iccm.panes.target.painter.map.bind(iccm.panes.target.painter))")
+    edited.js("(iccm.panes.target.painter.map = (floats) => { iccm.floats = floats; iccm.take(floats); })")
+    before, start = edited.picture(200, 200), edited.scene["pins"][0]["target"]
+    end = [start[0] + 30, start[1] - 25]
+    edited.drag("target", start, end, steps=6, release=False)
+    edited.wait("iccm.floats")
+    assert edited.js("iccm.seq[0] > iccm.seq[1]")  # the server has not answered
+    edited.driver.set_script_timeout(PATIENCE)
+    first = (
+        "const done = arguments[0]; import(new URL('carry.js', location.href)).then(({carry}) => {"
+        + """
+      const {source, target} = iccm.panes, [pin] = iccm.scene.pins, place = target.page(pin.target);
+      const at = carry(iccm.floats, source.page(pin.source), 'source');
+      done(Math.hypot(at[0] - place[0], at[1] - place[1])); })"""
+    )
+    assert edited.driver.execute_async_script(first) < 0.05  # within the tolerance that the pin had before
+    following = edited.picture(200, 200)
+    assert not np.array_equal(following, before)
+    edited.mouse("mouseReleased", edited.at("target", *end))
+    assert edited.settled() == "full"
+    shown = edited.picture(200, 200)
+    edited.driver.refresh()  # what is painted then comes from the server alone
+    edited.wait("globalThis.iccm")
+    edited.settled()
+    assert np.abs(shown.astype(int) - edited.picture(200, 200)).max() <= 2
+
+
+BOXES = """['source', 'target'].map((id) => document.getElementById(id).getBoundingClientRect())
+  .map((r) => [r.left, r.top, r.width, r.height])"""
+CONTROLS = """[...document.querySelectorAll('button, select, input, summary')]
+  .filter((e) => e.checkVisibility() && e.offsetWidth > 1 && !e.closest('.pane')).map((e) => e.id || e.textContent)"""
+
+
+def test_the_result_is_large_and_the_source_can_be_swapped_or_kept_open(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", opened=False)
+    edited.screen(1, 1400, 800)
+    (_, _, small, _), (_, _, large, _) = edited.js(BOXES)
+    assert large >= 0.66 * 1400 and small < 0.5 * large
+    assert len(edited.js(CONTROLS)) <= 14
+    assert len(edited.js("document.body.innerText").split()) <= 60
+    edited.key("x")
+    (_, _, swapped, _), (_, _, inset, _) = edited.js(BOXES)
+    assert (swapped, inset) == (large, small)
+    edited.click("source", 259, 156)  # a pin is placed in the large source, and seen in both
+    edited.key("x")
+    edited.key("y")
+    source, target = edited.js(BOXES)
+    assert source[1:] == target[1:]
+    edited.driver.refresh()
+    edited.wait("globalThis.iccm")
+    edited.settled()
+    assert edited.js(BOXES)[0][2] == pytest.approx(source[2], abs=1)  # as it was left
+
+
+def test_on_a_phone_there_is_one_row_of_tools_and_all_of_the_result(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", opened=False)
+    edited.screen(1, 390, 844)
+    header, window = edited.js("[document.querySelector('header').offsetHeight, innerHeight]")
+    source, target = edited.js(BOXES)
+    assert header == 48 and target[2] >= 370 and target[1] + target[3] <= window
+    assert source[0] >= target[0] and source[1] + source[3] <= target[1] + target[3]  # in its corner
+    shown = edited.js("iccm.panes.target.shape.outline.map((p) => iccm.panes.target.pixel(p))")
+    assert (
+        np.min(shown) >= 0 and np.max(shown, axis=0)[0] <= target[2] and np.max(shown, axis=0)[1] <= target[3]
+    )
+    boxes = edited.js("""[...document.querySelectorAll('header button, header summary')]
+      .filter((e) => e.checkVisibility())
+      .map((e) => e.getBoundingClientRect()).map((r) => [r.left, r.right, r.top, r.bottom])""")
+    assert min(box[0] for box in boxes) >= 0 and max(box[1] for box in boxes) <= 390
+    assert max(box[3] for box in boxes) <= 48 and min(right - left for left, right, _, _ in boxes) >= 40
+    edited.js("document.getElementById('swap').click()")
+    assert edited.js(BOXES)[0][2:] == pytest.approx(target[2:], abs=2)
+
+
+def test_an_empty_page_shows_three_samples_and_where_to_drop_files(page):
+    edited = page("rose-leaf")
+    text = edited.js("document.body.innerText")
+    assert len(text.split()) <= 60 and "Computing" not in text and "Drop" in text
+    assert edited.js("document.querySelectorAll('#welcome-samples button').length") == 3
+    assert not edited.js("document.querySelector('header').checkVisibility()")
+    drop = """(() => { const data = new DataTransfer();
+      data.items.add(new File([arguments[0]], 'two.svg', {type: 'image/svg+xml'}));
+      const drop = new DragEvent('drop', {dataTransfer: data, bubbles: true});
+      document.getElementById('welcome-files').dispatchEvent(drop); })()"""
+    edited.driver.execute_script(drop, TWO.format(""))
+    edited.wait("document.querySelector('[data-role=source] .name').textContent === 'two.svg'")
+    assert edited.js("document.querySelector('#files').open")
 
 
 def test_a_deformation_shows_only_what_applies_to_it(page):

@@ -18,7 +18,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from iccm.io.edit import routes
-from iccm.io.edit.workspace import KEPT_DAYS, Workspace, remove_old_copies
+from iccm.io.edit.workspace import KEPT_DAYS, EditedFiles, remove_old_copies
 
 pytestmark = pytest.mark.usefixtures("solve_once")
 
@@ -34,7 +34,7 @@ def gone():
 
 @pytest.fixture
 def client(shapes, gone):
-    workspace = Workspace(source="square.svg", target="blob.svg")
+    workspace = EditedFiles(source="square.svg", target="blob.svg")
     application = routes.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
     with TestClient(application, base_url=f"http://127.0.0.1:{PORT}") as test_client:
         test_client.session = workspace.session
@@ -154,6 +154,7 @@ def test_bad_messages_are_answered_and_change_nothing(client):
         assert map_of(socket)[0]["ok"]
 
 
+@pytest.mark.slow
 def test_files_are_written_when_asked_and_replaced_when_confirmed(client, shapes):
     with linked(client) as socket:
         socket.receive_json()
@@ -179,6 +180,7 @@ def test_files_are_written_when_asked_and_replaced_when_confirmed(client, shapes
         assert {path.name for path in shapes.iterdir()} == before | paths
 
 
+@pytest.mark.slow
 def test_a_page_that_is_loaded_again_has_what_was_there(client, gone):
     with linked(client) as socket:
         socket.receive_json()
@@ -224,11 +226,12 @@ def test_the_file_to_download_is_the_one_that_the_command_writes(client, shapes,
     assert "../a.png" in wrong["error"]
 
 
+@pytest.mark.slow
 def test_notes_on_a_file_to_download_come_with_it(shapes, gone):
     line = '<path transform="scale(1 .4)" d="M20 50L70 160" stroke="red" stroke-width="3"/>'
     drawing = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100"><path d="M10 10H90V80H10Z"/>{line}</svg>'
     (shapes / "lined.svg").write_text(drawing)
-    workspace = Workspace(source="lined.svg", target="blob.svg")
+    workspace = EditedFiles(source="lined.svg", target="blob.svg")
     application = routes.app(workspace, TOKEN, PORT, gone.set, grace=0.05)
     with TestClient(application, base_url=f"http://127.0.0.1:{PORT}") as client:
         notes = {}
@@ -375,6 +378,7 @@ def test_without_the_extra_one_line_says_so(shapes, iccm, monkeypatch):
     assert typed.code == 2 and len(typed.lines) == 1 and "pip install 'iccm[edit]'" in typed.lines[0]
 
 
+@pytest.mark.slow
 def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
     with linked(client) as socket:
         socket.receive_json()
@@ -392,7 +396,7 @@ def test_what_was_let_go_of_is_solved_however_many_drags_came_before(client):
 
 
 def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
-    workspace = Workspace()
+    workspace = EditedFiles()
     with TestClient(
         routes.app(workspace, TOKEN, PORT, lambda: None), base_url=f"http://127.0.0.1:{PORT}"
     ) as client:
@@ -427,8 +431,8 @@ def test_files_that_were_chosen_are_opened_and_no_others(shapes, state):
 
 
 def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_users(shapes, state):
-    old = Path(Workspace().put("old.svg", b"old"))
-    opened, changed = (Path(Workspace().put(name, name.encode())) for name in ("opened.svg", "changed.svg"))
+    old = Path(EditedFiles().put("old.svg", b"old"))
+    opened, changed = (Path(EditedFiles().put(name, name.encode())) for name in ("opened.svg", "changed.svg"))
     changed.write_bytes(b"drawn on")
     beside, users_file = old.parent / "notes.txt", shapes / "old.svg"
     for path in (beside, users_file):
@@ -436,7 +440,7 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
     past = time.time() - (KEPT_DAYS + 1) * 86400
     for path in (old, opened, changed, beside, users_file):
         os.utime(path, (past, past))
-    assert Workspace().put("opened.svg", b"opened.svg") == str(opened)
+    assert EditedFiles().put("opened.svg", b"opened.svg") == str(opened)
     remove_old_copies()
     assert not old.exists() and all(path.exists() for path in (opened, changed, beside, users_file))
     remove_old_copies(time.time() + (KEPT_DAYS + 1) * 86400)
@@ -445,7 +449,7 @@ def test_copies_of_files_are_removed_when_they_are_old_and_never_what_is_the_use
 
 @pytest.mark.parametrize("empty", [False, True])
 def test_bytes_end_the_conversation_with_a_code(shapes, gone, empty):
-    workspace = Workspace() if empty else Workspace(source="square.svg", target="blob.svg")
+    workspace = EditedFiles() if empty else EditedFiles(source="square.svg", target="blob.svg")
     with TestClient(
         routes.app(workspace, TOKEN, PORT, gone.set), base_url=f"http://127.0.0.1:{PORT}"
     ) as client:
@@ -491,7 +495,7 @@ def test_pins_of_meshes_are_refused_on_drawings(client, place, shapes):
 
 def test_the_files_to_choose_are_those_that_can_be_read():
     """The page has no separate list: a format that is added to the table is offered."""
-    suffixes = Workspace().describe()["suffixes"]
+    suffixes = EditedFiles().describe()["suffixes"]
     for role in ("source", "target"):
         assert {".svg", ".glb", ".stl", ".png"} <= set(suffixes[role])
         assert not {".npz", ".toml"} & set(suffixes[role])
@@ -500,6 +504,7 @@ def test_the_files_to_choose_are_those_that_can_be_read():
     assert b".stl" not in text and b".exr" not in text.replace(b".stmap.exr", b"")
 
 
+@pytest.mark.slow
 def test_a_change_that_arrives_as_a_solve_begins_is_answered(client, monkeypatch):
     session, answer = client.session, client.session.answer
     begun, changed = threading.Event(), threading.Event()
@@ -524,10 +529,11 @@ def test_a_change_that_arrives_as_a_solve_begins_is_answered(client, monkeypatch
         assert (head["kind"], head["seq"], head["ok"]) == ("full", 3, True) and session.scene.balance == 3
 
 
+@pytest.mark.slow
 def test_a_better_map_is_shown_while_the_hand_rests_and_is_what_it_releases(client, monkeypatch):
     monkeypatch.setattr("iccm.io.edit.link.IDLE_SECONDS", 0.0)
     monkeypatch.setattr("iccm.io.edit.session.same", lambda one, other: False)
-    monkeypatch.setattr("iccm.io.edit.session.REPLACED_STRETCH_RATIO", 0.0)
+    monkeypatch.setattr("iccm.io.edit.session.NOTABLE_COST_RATIO", 0.0)
     moved = {"pins": [{"source": [40, 45], "target": [52, 47]}]}
     with linked(client) as socket:
         socket.receive_json()

@@ -102,6 +102,7 @@ def test_a_point_is_found_on_the_other_side_and_back(shapes):
         placing.transfer(edited, "source", [(5, 5)])
 
 
+@pytest.mark.slow
 def test_holes_are_carried_and_take_pins_that_name_partners(shapes):
     for name in ("square.svg", "blob.svg"):
         hole = 'M40 40V60H60V40Z"/>' if name == "square.svg" else 'M45 45V60H60V45Z"/>'
@@ -152,6 +153,7 @@ def test_what_is_not_met_is_told_and_the_map_stays(shapes):
     assert update.wrong["strokes"] == [0] and "could be met" in update.message
 
 
+@pytest.mark.slow
 def test_the_message_names_pins_that_a_good_map_misses(shapes):
     edited = session()
     edited.solve(scene())
@@ -384,6 +386,7 @@ FACE = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">
   <path id="head" d="M20 20H80V{bottom}H20Z"/><circle id="eye" cx="{x}" cy="45" r="6"/></svg>"""
 
 
+@pytest.mark.slow
 def test_corners_and_what_both_drawings_name_are_suggested(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, x, bottom in (("a", 40, 80), ("b", 55, 90)):

@@ -20,6 +20,7 @@ FATES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fate", FATES)
 def test_the_end_of_the_process_is_a_line(tmp_path, monkeypatch, fate):
     if fate == "no end":

@@ -95,6 +95,7 @@ def test_pictures_of_several_materials_are_where_they_were(painted, iccm):
     assert looked_up(painted / "o-left_side-bump.png", np.array([[0.5, 0.5]])).tolist() == [[128, 128, 255]]
 
 
+@pytest.mark.slow
 def test_a_new_texture_comes_beside_the_maps_that_are_carried(painted, iccm):
     words = ["map", "square.svg", "p.obj", "--texture", "grey.png", "-o", "o.obj"]
     result = iccm(*words)

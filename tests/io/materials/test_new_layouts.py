@@ -157,7 +157,8 @@ def test_a_layout_in_another_tile_is_shown_by_textures_that_repeat(folder, iccm)
     for name, shift in (("here", 0), ("beside", 1)):
         moved = uv @ [[0.6, 0.2], [-0.2, 0.6]] + [0.25 + shift, 0.1]
         (folder / f"{name}.glb").write_bytes(rich_glb.rich(points, normals, moved, faces))
-        assert iccm("relayout", "old.glb", f"{name}.glb", "-o", f"o-{name}.glb", "--size", 64).code == 0
+        written = "-o", f"o-{name}.glb", "--size", 64, "--padding", 0
+        assert iccm("relayout", "old.glb", f"{name}.glb", *written).code == 0
     in_place, in_next_tile = (rich_glb.read(f"o-{name}.glb") for name in ("here", "beside"))
     indices = [
         file.materials[0].pbrMetallicRoughness.baseColorTexture.index for file in (in_place, in_next_tile)

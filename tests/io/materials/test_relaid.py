@@ -397,7 +397,7 @@ def test_materials_of_an_obj_keep_their_opacity(folder, iccm):
         (("old.glb", "new.glb", "-o", "new.glb", "--force"), "is also an input"),
         (("new.obj", "new.glb", "-o", "out.glb", "--size", N), "new.obj: its materials have no textures"),
         (("old.glb", "new.glb", "--data", "kd.png", "-o", "out.glb", "--size", N), "--data: "),
-        (("old.obj", "new.obj", "-o", "out.gltf"), "use .obj and .glb"),
+        (("old.obj", "new.obj", "-o", "out.ply"), "use .obj and .glb"),
     ],
 )
 def test_wrong_options_are_refused_in_one_line(folder, iccm, words, message):
@@ -413,6 +413,7 @@ def test_pictures_beside_an_obj_are_not_replaced_without_force(folder, iccm):
     assert (folder / "out-kd.png").read_bytes() == b"mine" and not (folder / "out.obj").exists()
 
 
+@pytest.mark.slow
 def test_materials_for_a_mesh_that_is_not_an_obj_are_written_to_glb(folder, iccm):
     """An OBJ with a library is written of an OBJ's own lines; it ended with an internal error."""
     assert iccm("flatten", "new.obj", "--uv", "new.ply").code == 0

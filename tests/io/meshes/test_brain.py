@@ -65,6 +65,7 @@ def test_a_surface_is_read(name, folder):
         mesh_files.check_size(Path(name), len(faces) - 1)
 
 
+@pytest.mark.slow
 def test_surfaces_that_nibabel_ships_are_read():
     for name, count in (("base64bin.gii", 10), ("ascii_flat_data.gii", 10)):
         expected = nibabel.load(SHIPPED / name)
@@ -79,6 +80,7 @@ def test_surfaces_that_nibabel_ships_are_read():
         mesh_files.read(str(SHIPPED / "rh.shape.curv.gii"))
 
 
+@pytest.mark.slow
 def test_a_patch_has_the_triangles_of_its_surface(folder):
     points, faces = folded()
     in_patch = np.flatnonzero(points[:, 0] < 30)
@@ -95,6 +97,7 @@ def test_a_patch_has_the_triangles_of_its_surface(folder):
         mesh_files.read("rh.cut.patch.3d")
 
 
+@pytest.mark.slow
 def test_a_picture_shows_the_overlay_at_its_flattened_place(folder, iccm):
     result = iccm(
         "flatten", "a.surf.gii", "--overlay", "lh.curv", "-o", "a.tif", "-o", "a.png", "-o", "flat.obj"
@@ -117,6 +120,7 @@ def test_a_picture_shows_the_overlay_at_its_flattened_place(folder, iccm):
     assert colours.shape[2] == 4 and colours[0, 0, 3] == 0 and (colours[..., 3] == 255).mean() > 0.4
 
 
+@pytest.mark.slow
 def test_overlays_of_every_kind_have_the_same_values(folder):
     count = 20
     values = np.linspace(-3, 8, count).astype(np.float32)
@@ -134,6 +138,7 @@ def test_overlays_of_every_kind_have_the_same_values(folder):
     )
 
 
+@pytest.mark.slow
 def test_labels_have_their_colours_and_no_others(folder, iccm):
     keys = (folded()[0][:, 1] > 7).astype(np.int32)
     table = np.array([[200, 10, 30, 0, 0], [20, 40, 220, 0, 1]])
@@ -158,6 +163,7 @@ def test_a_closed_surface_is_cut_open(tmp_path, monkeypatch, iccm):
     assert result.code == 0 and "cut open" in result.err, result.err
 
 
+@pytest.mark.slow
 def test_other_files_than_surfaces_and_overlays_are_refused(folder, iccm):
     Path("rh.broken").write_bytes(b"\xff\xff\xfecreated\n\n" + struct.pack(">ii", 5, 1 << 30))
     Path("junk.gii").write_text("<GIFTI>")

@@ -55,6 +55,7 @@ def pair(shapes):
     return shapes
 
 
+@pytest.mark.slow
 def test_every_geometry_gets_its_partner_and_new_coordinates(pair, iccm):
     words = ["--parts", "all", "--texture", "ramp.png", "--texture-box", "viewbox"]
     result = iccm("map", "pair.svg", "pair.glb", *words, "-o", "out.glb", "--report", "r.json")

@@ -110,10 +110,11 @@ def test_vertices_are_split_with_all_that_they_have(ball, iccm):
     assert set(before) == set(after)
     for name, values in before.items():
         assert (values == after[name]).all(), name
-    again = mesh_reading.read("out.glb#body", cut=True)
+    again = mesh_reading.read("out.glb#body", cutting=mesh_reading.Cutting(closed=True))
     assert again.has_uv
 
 
+@pytest.mark.slow
 def test_vertices_added_at_the_rim_have_interpolated_attributes(rich, iccm):
     path = '<path d="M0 0Q4 3 9 0Q6 4 9 9Q4 6 0 9Q3 4 0 0"/>'
     bent = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{path}</svg>'

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from iccm.errors import InputError
 from iccm.io.meshes import material_library, obj, obj_write
@@ -329,3 +330,37 @@ def test_normals_that_are_none_are_not_used(old, new):
     mesh = obj.parse(TILTED.replace(old, new, 1), Path("t.obj")).mesh()
     assert mesh.normals is None and mesh.normal_corners is None
     assert Charted.of(mesh).frames[0] == pytest.approx(np.broadcast_to([0, 0, 1], (2, 3, 3)))
+
+
+def test_a_picture_in_another_folder_comes_along(shapes, iccm):
+    """Also where the mesh is written again into a third folder; the first picture has another name there."""
+    for name in ("photos", "out", "again"):
+        (shapes / name).mkdir()
+    Image.new("RGB", (5, 3), (200, 30, 90)).save("photos/Rose.PNG")
+    (shapes / "tent.obj").write_text("v 0 0 0\nv 3 0 0\nv 3 2 1\nv 0 2 1\nv 0 4 0\nf 1 2 3 4\nf 4 3 5\n")
+    mapped = iccm("map", "square.svg", "tent.obj", "--texture", "photos/Rose.PNG", "-o", "out/t.obj")
+    assert mapped.code == 0 and "out/t-texture.png" in mapped.err.replace("\\", "/"), mapped.err
+    assert "map_Kd t-texture.png" in (shapes / "out/t.mtl").read_text()
+    assert (shapes / "out/t-texture.png").read_bytes() == (shapes / "photos/Rose.PNG").read_bytes()
+    flattened = iccm("flatten", "out/t.obj", "--uv", "again/t.obj")
+    assert flattened.code == 0 and "outside" not in flattened.err
+    assert "mtllib t.mtl" in (shapes / "again/t.obj").read_text()
+    assert "map_Kd t-texture.png" in (shapes / "again/t.mtl").read_text()
+    assert (shapes / "again/t-texture.png").read_bytes() == (shapes / "photos/Rose.PNG").read_bytes()
+    shown = iccm("map", "again/t.obj", "square.svg", "--size", "24", "-o", "shown.png")
+    assert shown.code == 0, shown.err
+    pixels = np.asarray(Image.open("shown.png").convert("RGBA"))
+    assert (np.abs(pixels[pixels[..., 3] == 255][:, :3].astype(int) - [200, 30, 90]) <= 1).all()
+
+
+def test_pictures_below_the_mesh_and_allowed_ones_stay(shapes, iccm):
+    (shapes / "out" / "maps").mkdir(parents=True)
+    for name in ("out/maps/a.png", "b.png"):
+        Image.new("RGB", (5, 3), (200, 30, 90)).save(name)
+    (shapes / "tent.obj").write_text("v 0 0 0\nv 3 0 0\nv 3 2 1\nv 0 2 1\nv 0 4 0\nf 1 2 3 4\nf 4 3 5\n")
+    arguments = ("map", "square.svg", "tent.obj", "--force", "-o", "out/t.obj", "--texture")
+    assert iccm(*arguments, "out/maps/a.png").code == 0
+    assert "map_Kd maps/a.png" in (shapes / "out/t.mtl").read_text()
+    assert iccm(*arguments, "b.png", "--allow-outside").code == 0
+    assert "map_Kd ../b.png" in (shapes / "out/t.mtl").read_text()
+    assert not list(shapes.glob("out/*.png"))

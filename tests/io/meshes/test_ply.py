@@ -75,7 +75,7 @@ def test_a_flattening_adds_two_properties_and_nothing_else(shapes, iccm, form):
         assert (old.tables[name].cells == new.tables[name].cells).all()
     for name in ("x", "y", "z", "red", "weight"):
         assert (old.tables["vertex"].column(name) == new.tables["vertex"].column(name)).all()
-    shape = mesh_reading.read("a.ply", method="balanced", chart=True)
+    shape = mesh_reading.read("a.ply", method="balanced", purpose="texture")
     flat, uv = shape.flattening.flat[np.argsort(shape.flattening.patch.vertex)], new.vertices(("s", "t"))
     assert uv == pytest.approx(_unit(flat), abs=1e-6)
     again = iccm("flatten", "out.ply", "--uv", "again.ply")

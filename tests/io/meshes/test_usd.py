@@ -43,17 +43,42 @@ def test_a_mesh_is_read_with_its_place_and_its_coordinates(scene):
         mesh_files.check_size(mesh_files.Path(scene), 2)
 
 
-def test_coordinates_are_written_so_that_usd_reads_them(scene, iccm):
+def flattened(layer):
+    """What a layer says about a mesh, without its texture coordinates."""
+    return {
+        str(spec.path): (spec.typeName, {key: str(spec.GetInfo(key)) for key in spec.ListInfoKeys()})
+        for path in paths_of(layer)
+        if "primvars:st" not in str(path)
+        and (spec := layer.GetObjectAtPath(path))
+        and hasattr(spec, "typeName")
+    }
+
+
+def paths_of(layer):
+    paths = []
+    layer.Traverse("/", paths.append)
+    return paths
+
+
+def test_coordinates_are_written_and_the_stage_is_kept(scene, iccm):
+    """Prims, transforms, normals, materials, the up axis and the unit stay; only the coordinates change."""
+    stage = Usd.Stage.Open(scene)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    mesh = UsdGeom.Mesh.Get(stage, "/world/sheet")
+    mesh.CreateNormalsAttr([(0, 0, 1)] * len(POINTS))
+    stage.DefinePrim("/world/paint", "Material")
+    stage.GetRootLayer().Save()
+    before = flattened(stage.GetRootLayer())
     suffix = scene[scene.index(".") :]
     result = iccm("flatten", scene, "-o", "flat.obj", "--uv", f"out{suffix}")
     assert result.code == 0, result.err
-    stage = Usd.Stage.Open(f"out{suffix}")
-    mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
-    assert list(mesh.GetFaceVertexCountsAttr().Get()) == COUNTS
-    points = np.array(mesh.GetPointsAttr().Get())
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get())
-    assert np.allclose(points[corners], np.add(POINTS, (10, 20, 30))[CORNERS])
-    st = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").ComputeFlattened())
+    after = Usd.Stage.Open(f"out{suffix}")
+    assert flattened(after.GetRootLayer()) == before and len(before) > 6
+    st = np.array(
+        UsdGeom.PrimvarsAPI(after.GetPrimAtPath("/world/sheet")).GetPrimvar("st").ComputeFlattened()
+    )
+    assert len(st) == len(CORNERS)
     with open("flat.obj") as file:
         lines = [line.split() for line in file]
     flat = np.array([words[1:3] for words in lines if words[0] == "v"], float)
@@ -65,6 +90,20 @@ def test_coordinates_are_written_so_that_usd_reads_them(scene, iccm):
     ours = np.unique(np.round((flat[vertices] - flat.min(axis=0)) * scale, 4), axis=0)
     theirs = np.unique(np.round(st - st.min(axis=0), 4), axis=0)
     assert ours.shape == theirs.shape and np.abs(ours - theirs).max() < 2e-4
+
+
+def test_only_the_mesh_that_is_named_gets_new_coordinates(scene, iccm):
+    stage = Usd.Stage.Open(scene)
+    other = UsdGeom.Mesh.Define(stage, "/other")
+    other.CreatePointsAttr(POINTS[:4])
+    other.CreateFaceVertexCountsAttr(COUNTS[:1])
+    other.CreateFaceVertexIndicesAttr(CORNERS[:4])
+    stage.GetRootLayer().Save()
+    assert iccm("flatten", f"{scene}#other", "--uv", f"out-{scene}").code == 0
+    after = Usd.Stage.Open(f"out-{scene}")
+    kept = UsdGeom.PrimvarsAPI(after.GetPrimAtPath("/world/sheet")).GetPrimvar("st")
+    assert np.allclose(kept.Get(), UV, atol=1e-6) and kept.GetInterpolation() == "vertex"
+    assert len(UsdGeom.PrimvarsAPI(after.GetPrimAtPath("/other")).GetPrimvar("st").ComputeFlattened()) == 4
 
 
 def test_references_to_other_files_are_refused(scene, iccm):

@@ -96,6 +96,11 @@ def test_a_web_font_is_named_as_what_it_is(tmp_path):
     font = shutil.copy(built(tmp_path / "f.ttf"), tmp_path / "f.woff2")
     with pytest.raises(InputError, match="web font"):
         shapes.read(f"{font}#text=H")
+    with pytest.raises(InputError, match=r"--font .*f\.woff2: web font"):
+        lettering.spec("H", font)
+    (tmp_path / "renamed.ttf").write_bytes(b"wOF2" + bytes(60))
+    with pytest.raises(InputError, match=r"renamed\.ttf: web font"):
+        shapes.read(f"{tmp_path}/renamed.ttf#text=H")
 
 
 def test_a_color_font_of_pictures_is_refused_with_its_reason(tmp_path):

@@ -143,6 +143,7 @@ def test_closed_lines_of_dxf_by_layer(tmp_path):
     assert abs(leaf.area - 8 * np.pi) < 0.05 and abs(leaf.z.mean() - (50 + 50j)) < 0.5
 
 
+@pytest.mark.slow
 def test_reading_dxf_leaves_nothing_in_the_home(tmp_path):
     ezdxf = pytest.importorskip("ezdxf", reason="ezdxf is an extra")
     document = ezdxf.new()
@@ -193,6 +194,12 @@ def box(west, south, east, north):
 ACROSS = {
     "cut": {"type": "MultiPolygon", "coordinates": [[box(177, -19, 180, -16)], [box(-180, -19, -178, -16)]]},
     "wrapped": {"type": "Polygon", "coordinates": [box(177, -19, -178, -16)]},
+    "with points on it": {
+        "type": "Polygon",
+        "coordinates": [
+            [[177, -19], [180, -19], [-178, -19], [-178, -16], [180, -16], [177, -16], [177, -19]]
+        ],
+    },
 }
 
 

@@ -123,6 +123,13 @@ def test_clipping_of_negative_colours_gets_a_note():
     assert image_files.losses("a.exr", Image(pixels)) == []
 
 
+def test_precision_that_hdr_does_not_store_gets_a_note():
+    exact = np.array([[[1, 0.5, 3 / 128], [0, 0, 0], [96, 1, 0.5]]], np.float32)
+    assert image_files.losses("a.hdr", Image(exact)) == []
+    (note,) = image_files.losses("a.hdr", Image(exact + np.float32(1 / 512)))
+    assert "8 bits" in note and "32" in note
+
+
 def test_other_programs_read_straight_alpha(tmp_path):
     pixels = np.array([[[200, 100, 50, 64], [1, 2, 3, 255]]], np.uint8)
     for name in ("a.png", "a.tif"):

@@ -43,6 +43,7 @@ def chunk(kind, data):
     return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
+@pytest.mark.slow
 def test_libraries_do_not_speak_of_a_picture(shapes, shell):
     """An invalid profile, and pixels that cannot be decompressed, with correct checksums."""
     whole = fuzz.png()

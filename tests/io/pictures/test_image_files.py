@@ -5,6 +5,7 @@ import sys
 import tempfile
 import warnings
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import OpenImageIO as oiio
@@ -89,6 +90,16 @@ def test_metadata_and_icc_profile_are_carried_over(tmp_path):
     assert copy["ImageDescription"][1] == "a leaf"
     assert bytes(np.asarray(copy["ICCProfile"][1], np.uint8)) == profile
     assert not [name for name in copy if name.startswith("ICCProfile:")]
+
+
+def test_a_description_that_states_another_size_is_not_carried_over(tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    tifffile.imwrite(tmp_path / "a.tif", np.zeros((4, 5, 3), np.uint8), metadata={"axes": "YXS"})
+    assert tifffile.TiffFile(tmp_path / "a.tif").shaped_metadata[0]["shape"] == [4, 5, 3]
+    source = image_files.read(tmp_path / "a.tif")
+    image_files.write(tmp_path / "b.tif", replace(source, pixels=np.zeros((7, 2, 3), np.uint8)))
+    with tifffile.TiffFile(tmp_path / "b.tif") as file:
+        assert not file.is_shaped and file.pages[0].shape == (7, 2, 3)
 
 
 @pytest.mark.parametrize("colours, suffix", [(b"CMYK", ".png"), (b"CMYK", ".tif"), (b"RGB ", ".exr")])

@@ -1,5 +1,6 @@
 """Pictures of numbers: rasters of maps, labels, and channels of microscopes, compared with rasterio and tifffile."""
 
+import json
 import warnings
 
 import numpy as np
@@ -147,6 +148,45 @@ def test_results_lie_where_their_target_does(folder, iccm, dtype, count):
     assert opened("q.tif")[1]["crs"] is None
 
 
+@pytest.mark.slow
+def test_heights_in_a_region_of_a_map(folder, iccm):
+    """A raster of heights with a hole, cut to a region in its coordinate reference system."""
+    heights = slope("float32")
+    heights[:, 12:20, 20:33] = -9999
+    raster("dem.tif", heights, -9999)
+    corners = [[500050, 5399650], [500500, 5399680], [500570, 5399960], [500080, 5399930], [500050, 5399650]]
+    crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::32633"}}
+    (folder / "zone.geojson").write_text(
+        json.dumps({"type": "Polygon", "coordinates": [corners], "crs": crs})
+    )
+    assert iccm("map", "dem.tif#canvas", "zone.geojson", "-o", "z.tif", "--size", "90").code == 0
+    with rasterio.open("z.tif") as file:
+        cut = file.read(1, masked=True)
+        assert file.nodata == -9999 and file.crs.to_epsg() == 32633 and file.dtypes[0] == "float32"
+        west, south, east, north = file.bounds
+    assert west < 500100 < 500500 < east and south < 5399700 < 5399900 < north
+    assert cut.min() >= 300 and cut.max() <= heights.max() and not cut.mask.all()
+    middle = cut[cut.shape[0] // 3 : 2 * cut.shape[0] // 3, cut.shape[1] // 4 : 3 * cut.shape[1] // 4]
+    assert 0.02 < middle.mask.mean() < 0.7  # the hole
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dtype", ["uint8", "uint16"])
+def test_pictures_lie_where_the_raster_does_that_they_are_mapped_onto(folder, iccm, dtype):
+    from PIL import Image
+
+    ramp = np.stack([np.tile(np.arange(WIDTH) * 4, (HEIGHT, 1))] * 3, axis=2).astype("uint8")
+    ramp[:5, :9] = 200, 10, 20
+    Image.fromarray(ramp).save("smooth.png")
+    raster("q.tif", slope(dtype, 3), photometric="RGB")
+    size = "--size", f"{WIDTH}x{HEIGHT}"
+    assert iccm("map", "smooth.png#canvas", "q.tif#canvas", "-o", "o.tif", *size).code == 0
+    numbers, profile, _ = opened("o.tif")
+    assert profile["crs"].to_epsg() == 32633
+    assert tuple(profile["transform"])[:6] == pytest.approx((10, 0, 500000, 0, -10, 5400000))
+    np.testing.assert_array_equal(np.moveaxis(numbers[:3], 0, 2), ramp)
+
+
 def cells(dtype, step=1):
     """Discs with numbers on a background of 0."""
     y, x = np.mgrid[:HEIGHT, :WIDTH]
@@ -208,27 +248,64 @@ def test_photographs_and_heights_are_not_labels(dtype):
         assert not is_label(picture.astype(dtype), of_file=True)
 
 
+@pytest.mark.parametrize("dtype, count, nodata", [*KINDS, ("uint16", 6, 0), ("float32", 2, None)])
+def test_rasters_show_themselves_where_they_have_data(tmp_path, monkeypatch, dtype, count, nodata):
+    """However few of the numbers of their type they use, and also where NaN is not stated to mean no data."""
+    from iccm.io.shapes import shape as shapes
+
+    monkeypatch.chdir(tmp_path)
+    bands, hole = slope(dtype, count), (slice(None), slice(5, 15), slice(20, 40))
+    if nodata is not None or dtype == "float32":
+        bands[hole] = np.nan if nodata is None else nodata
+    raster("a.tif", bands, nodata)
+    shape = shapes.read("a.tif#canvas")
+    assert shape.coloured and shape.pictures
+    if count == 2 or nodata == 0:
+        assert len(shapes.read("a.tif").holes) == 1  # where it has no data
+
+
+def test_a_compression_that_cannot_be_read_has_a_remedy(tmp_path, monkeypatch):
+    from iccm.errors import InputError
+    from iccm.io.pictures import image_files
+
+    monkeypatch.chdir(tmp_path)
+    raster("a.tif", slope("int16"), compress="LERC")
+    with pytest.raises(InputError, match="its compression LERC is not supported; use gdal_translate"):
+        image_files.read("a.tif")
+
+
 def stack(count):
     """Channels with other patterns."""
     return np.stack([(slope("float64")[0] * (k + 1) + 900 * k).astype("uint16") for k in range(count)])
 
 
 @pytest.mark.keeps(
-    "imagej", "all channels, slices and frames", "mode", "calibration if the canvas stays the same"
+    "imagej",
+    "all channels, slices and frames",
+    "mode",
+    "names, ranges and lookup tables of channels",
+    "calibration if the canvas stays the same",
 )
-@pytest.mark.loses("imagej", "calibration otherwise")
+@pytest.mark.loses("imagej", "calibration otherwise", "overlays and regions")
 def test_all_channels_of_imagej_are_mapped(folder, iccm):
     channels = stack(4)
-    options = {"metadata": {"axes": "CYX", "unit": "um", "mode": "composite"}, "resolution": (4, 4)}
-    tifffile.imwrite("ij.tif", channels, imagej=True, **options)
+    names = ["DAPI", "CD3", "CD8", "PanCK"]
+    tables = [np.outer(colour, np.arange(256)).astype("uint8") for colour in np.eye(3)[[2, 1, 0, 1]]]
+    shown = {"Labels": names, "Ranges": (0.0, 9e3) * 4, "LUTs": tables, "Overlays": [b"Iout" + bytes(60)]}
+    about = {"axes": "CYX", "unit": "um", "mode": "composite", **shown}
+    tifffile.imwrite("ij.tif", channels, imagej=True, metadata=about, resolution=(4, 5))
     assert iccm("apply", "m.npz", "ij.tif", "-o", "o.tif", "--size", f"{WIDTH}x{HEIGHT}").code == 0
     with tifffile.TiffFile("o.tif") as file:
         assert file.is_imagej and file.imagej_metadata["channels"] == 4 and file.series[0].axes == "CYX"
         assert file.imagej_metadata["unit"] == "um"
+        assert [file.pages[0].tags[f"{axis}Resolution"].value for axis in "XY"] == [(4, 1), (5, 1)]
         np.testing.assert_array_equal(file.asarray(), channels)
     assert iccm("apply", "half.npz", "ij.tif", "-o", "h.tif", "--size", "90").code == 0
     with tifffile.TiffFile("h.tif") as file:
         assert file.asarray().shape == (4, 60, 90) and "unit" not in file.imagej_metadata
+        assert file.imagej_metadata["Labels"] == names and file.imagej_metadata["Ranges"] == (0.0, 9e3) * 4
+        np.testing.assert_array_equal(file.imagej_metadata["LUTs"], tables)
+        assert "Overlays" not in file.imagej_metadata and file.pages[0].tags["XResolution"].value == (1, 1)
 
 
 @pytest.mark.keeps("ome", "all planes", "names of channels")
@@ -344,11 +421,10 @@ def test_labels_of_64_bits_become_labels_of_32(folder, iccm):
         assert result.code == 2 and len(result.lines) == 1 and "gdal_translate" in result.err
 
 
-@pytest.mark.loses("imagej", "lookup tables, overlays")
 def test_a_single_channel_of_imagej_and_ome_is_as_they_read_it(folder, iccm):
     counts = (slope("float64")[0] / 9).astype("uint16")
     table = np.stack([np.arange(256), np.zeros(256), np.zeros(256)]).astype("uint8")
-    about = {"unit": "um", "LUTs": [table], "Overlays": [b"Iout" + bytes(60)]}
+    about = {"unit": "um", "LUTs": [table]}
     tifffile.imwrite("ij.tif", counts, imagej=True, resolution=(4, 4), metadata=about)
     tifffile.imwrite("a.ome.tif", counts, ome=True, metadata={"axes": "YX"})
     for name in ("ij.tif", "a.ome.tif"):
@@ -356,5 +432,19 @@ def test_a_single_channel_of_imagej_and_ome_is_as_they_read_it(folder, iccm):
         assert result.code == 0 and "single colour" not in result.err
         with tifffile.TiffFile(f"o-{name}") as file:
             assert file.series[0].axes == "YX" and file.is_imagej == (name == "ij.tif")
-            assert not {"LUTs", "Overlays"} & {*(file.imagej_metadata or {})}
+            assert "LUTs" in file.imagej_metadata if file.is_imagej else file.is_ome
             np.testing.assert_array_equal(file.asarray(), counts)
+
+
+def test_descriptions_of_ome_may_have_any_letters(folder, iccm):
+    about = (
+        '<?xml version="1.0" encoding="UTF-8"?><OME xmlns="http://www.openmicroscopy.org/Schemas/OME/2016-06">'
+        '<Image ID="Image:0" Name="Zelle"><Pixels ID="Pixels:0" DimensionOrder="XYCZT" Type="uint16" SizeX="90" '
+        'SizeY="60" SizeC="1" SizeZ="1" SizeT="1" PhysicalSizeX="0.5" PhysicalSizeXUnit="µm"><Channel ID="Channel:0:0" '
+        'Name="Phäno"/><TiffData IFD="0"/></Pixels></Image></OME>'
+    )
+    counts = np.arange(5400, dtype=np.uint16).reshape(60, 90)
+    tifffile.imwrite("u.ome.tif", counts, description=about.encode(), metadata=None)
+    assert iccm("apply", "m.npz", "u.ome.tif", "-o", "o.ome.tif").code == 0
+    with tifffile.TiffFile("o.ome.tif") as file:
+        assert file.is_ome and "Phäno" in file.pages.first.description

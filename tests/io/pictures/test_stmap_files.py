@@ -122,6 +122,7 @@ def test_iccm_apply_reports_omissions_and_refuses_at_once(tmp_path, monkeypatch,
     assert not (tmp_path / "o.png").exists()
 
 
+@pytest.mark.slow
 def test_iccm_apply_writes_to_stdout_and_keeps_its_inputs(tmp_path, monkeypatch, iccm, shell):
     monkeypatch.chdir(tmp_path)
     stmap_files.write("a.exr", curved(), BOX, Canvas(30, 30, BOX))

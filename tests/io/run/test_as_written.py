@@ -95,6 +95,7 @@ def test_figures_are_those_of_the_file(shapes, iccm, words):
         assert report["message"].startswith(note)
 
 
+@pytest.mark.slow
 def test_one_quad_is_a_mesh_where_its_coordinates_are_requested(shapes, iccm):
     """Otherwise an OBJ with a single flat face is an outline."""
     (shapes / "quad.obj").write_text("v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nf 1 2 3 4\n")

@@ -93,6 +93,7 @@ def test_a_bell_stays_a_bell_on_a_rectangle(iccm, files):
     assert report["covered"] > 0.99
 
 
+@pytest.mark.slow
 def test_detail_0_maps_outlines_as_textures_are(iccm, files):
     _, composed = picture(iccm, "bell.svg", "wide.svg")
     _, outlines = picture(iccm, "bell.svg", "wide.svg", "--detail", "0")
@@ -113,6 +114,7 @@ def test_only_plain_outlines_get_the_checkerboard(iccm, files, source, target, o
     assert report["pixels"].get("checkerboard", False) is not own
 
 
+@pytest.mark.slow
 def test_a_repeated_pattern_of_one_colour_shows_itself(iccm, files):
     dots = np.full((40, 40, 3), 255, np.uint8)
     dots[5:15, 5:15] = dots[25:35, 20:30] = 0
@@ -121,11 +123,12 @@ def test_a_repeated_pattern_of_one_colour_shows_itself(iccm, files):
     assert "checkerboard" not in report["pixels"]
 
 
+@pytest.mark.slow
 def test_a_picture_on_a_window_is_whole_on_its_silhouette(iccm, files):
     pixels, report = picture(iccm, "bell.svg", "ring.svg")
     rows, columns = np.nonzero(pixels[..., 3] == 255)
     box = pixels[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
-    assert (box[..., 3] == 255).mean() > 0.99
+    assert (box[..., 3] > 250).mean() > 0.99  # antialiased twice at the rim
     assert report["shown"] > 0.99 and any("silhouette" in note for note in report["notes"])
     kept, report = picture(iccm, "bell.svg", "ring.svg", "--holes", "keep")
     assert kept[60, 40, 3] == 0 and not any("silhouette" in note for note in report["notes"])
@@ -149,6 +152,7 @@ def test_the_flat_colour_of_a_picture_continues_it(iccm, files):
     assert (red | white).mean() > 0.97 and 0.05 < white.mean() < 0.4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "target"),
     [
@@ -174,9 +178,12 @@ def test_the_svg_shows_what_the_picture_does(iccm, files, source, target):
     differing = abs(shown - drawn).max(axis=2) > 32
     # an edge may be off by a pixel
     assert ndimage.binary_erosion(differing, np.ones((3, 3))).mean() < 0.002
-    assert differing.mean() < 0.02
+    around = (3, 3, 1)
+    contrast = ndimage.maximum_filter(drawn, around) - ndimage.minimum_filter(drawn, around)
+    assert (differing & (contrast.max(axis=2) <= 32)).mean() < 0.002
 
 
+@pytest.mark.slow
 def test_fit_box_maps_the_box_of_the_drawing(iccm, files):
     _, report = picture(iccm, "logo.svg", "hook.svg", "--fit", "box")
     assert report["covered"] > 0.9
@@ -187,6 +194,7 @@ def test_fit_box_maps_the_box_of_the_drawing(iccm, files):
     assert abs(pixels - boxed)[..., 3].mean() < 3
 
 
+@pytest.mark.slow
 def test_the_first_pin_in_its_place_changes_nothing(iccm, files):
     without, _ = picture(iccm, "bell.svg", "square.svg", "--detail", "1")
     result = iccm("map", "bell.svg", "square.svg", "-o", "m.npz")

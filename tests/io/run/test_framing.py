@@ -54,7 +54,7 @@ def test_squares_of_the_checkerboard_are_smaller_than_thin_shapes(tmp_path, path
 
 
 def test_a_texture_is_rotated_by_degrees():
-    assert framing.texture_turn(job(texture_turn=30)) == pytest.approx(3**0.5 / 2 + 0.5j)
+    assert framing.texture_rotation(job(texture_turn=30)) == pytest.approx(3**0.5 / 2 + 0.5j)
 
 
 @pytest.mark.parametrize(

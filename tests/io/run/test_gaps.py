@@ -35,6 +35,7 @@ def picture(iccm, *options):
     return np.asarray(Image.open("out.png").convert("RGBA")).astype(int), report
 
 
+@pytest.mark.slow
 def test_paper_fills_the_gap_between_two_bars(iccm, files):
     pixels, report = picture(iccm, "--detail", "0")
     height, width = pixels.shape[:2]
@@ -47,6 +48,7 @@ def test_paper_fills_the_gap_between_two_bars(iccm, files):
     assert abs(pixels[height // 2, 1:4, :3] - left[:3]).max() <= 3
 
 
+@pytest.mark.slow
 def test_transparent_gaps_stay_transparent(iccm, files):
     pixels, report = picture(iccm, "--gaps", "transparent")
     gap = (pixels[..., 3] == 0).mean()

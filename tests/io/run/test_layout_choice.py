@@ -47,6 +47,7 @@ def mapped(iccm, *words):
     return json.loads(open("r.json").read()), result.err
 
 
+@pytest.mark.slow
 def test_a_can_is_packed_inside_the_picture_at_one_scale(folder, iccm):
     outline, _ = mapped(iccm, "--parts", "largest")
     laid_out, notes = mapped(iccm)
@@ -63,8 +64,53 @@ def test_a_can_is_packed_inside_the_picture_at_one_scale(folder, iccm):
     assert shape.read("shape.svg").curve.contains(places).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", [["--pin", "50,50:-0.7,0.3,0.5"], ["--parts", "largest"]])
 def test_with_landmarks_or_on_request_the_outline_is_mapped(folder, iccm, options):
     report, notes = mapped(iccm, *options)
     assert "inside the picture" not in notes
     assert report["boundary"]["hausdorff"] < 0.1
+
+
+def write_bowl(folder):
+    """An open bowl, deeper than half a ball, whose rim is not where its area is."""
+    n, rows = 24, 8
+    angle = 2 * np.pi * np.arange(n) / n
+    points = [(0.0, 0.0, 0.0)]
+    for steep in np.arange(1, rows + 1) / rows * 0.66 * np.pi:
+        x, y = np.sin(steep) * np.cos(angle), 1.1 * np.sin(steep) * np.sin(angle)
+        points += zip(x.tolist(), y.tolist(), [1 - np.cos(steep)] * n)
+    faces = [(1, 2 + k, 2 + (k + 1) % n) for k in range(n)]
+    for first in range(2, 2 + n * (rows - 1), n):
+        faces += [(first + k, first + n + k, first + n + (k + 1) % n, first + (k + 1) % n) for k in range(n)]
+    lines = ["v {:.6f} {:.6f} {:.6f}".format(*p) for p in points] + [
+        "f " + " ".join(map(str, f)) for f in faces
+    ]
+    (folder / "bowl.obj").write_text("\n".join(lines) + "\n")
+
+
+def bowl_stretch(iccm, source, *words):
+    result = iccm("map", source, "bowl.obj", "-o", "o.glb", "--report", "r.json", "--force", *words)
+    assert result.code < 2, result.err
+    return json.loads(open("r.json").read())["stretch"]["p95"]
+
+
+@pytest.mark.slow
+def test_a_photo_is_no_more_stretched_on_an_open_mesh_than_its_layout(folder, iccm):
+    write_bowl(folder)
+    (folder / "photo.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 90 60"><path d="M0 0H90V60H0Z"/></svg>'
+    )
+    assert bowl_stretch(iccm, "photo.svg", "--parts", "largest") > 1.5 > 1.4 > bowl_stretch(iccm, "photo.svg")
+
+
+@pytest.mark.slow
+def test_a_drawing_still_takes_the_outline_of_an_open_mesh_unless_it_is_sliced(folder, iccm):
+    write_bowl(folder)
+    whole, sliced = bowl_stretch(iccm, "shape.svg"), bowl_stretch(iccm, "shape.svg", "--place", "slice")
+    assert whole > 1.5 > 1.4 > sliced
+
+
+def test_a_picture_inside_a_mesh_is_refused_with_what_to_do(folder, iccm):
+    result = iccm("map", "shape.svg", "can.obj", "-o", "o.glb", "--place", "inside")
+    assert result.code == 2 and "--place slice" in result.lines[-1] and not (folder / "o.glb").exists()

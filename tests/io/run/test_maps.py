@@ -9,7 +9,7 @@ import pytest
 from iccm.io.meshes import gltf, gltf_materials
 from iccm.io.pictures import image_files
 from iccm.io.pictures.image import Image
-from iccm.io.run import execute
+from iccm.io.run import maps
 from tests.cli.test_charts import TILES, ramp, write_sheets
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -46,8 +46,8 @@ def test_a_set_agrees_with_single_runs_and_is_solved_once(material, iccm, monkey
         ran = iccm(*run)
         assert ran.code == 0, ran.err
         single[word] = image_files.read(f"one-{word}.tif")
-    solved, real = [], execute.solve
-    monkeypatch.setattr(execute, "solve", lambda *args, **kwargs: solved.append(1) or real(*args, **kwargs))
+    solved, real = [], maps.solve
+    monkeypatch.setattr(maps, "solve", lambda *args, **kwargs: solved.append(1) or real(*args, **kwargs))
     arguments = [option for word, name in names.items() for option in options(name, word)]
     result = iccm("map", "square.svg", *words, *arguments, "-o", "set-{stem}.tif", "--report", "r.json")
     assert result.code == 0, result.err

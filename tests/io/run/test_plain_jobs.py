@@ -126,6 +126,7 @@ def test_mistakes_are_reported_with_their_keys():
     assert [key for key, _ in caught.value.mistakes] == ["order", "colour"]
 
 
+@pytest.mark.slow
 def test_a_plain_job_of_the_command_line_runs_without_pydantic_opencv_and_scipy(shapes):
     script = (
         "import sys; from iccm import cli; code = cli.run(sys.argv[1:]); "

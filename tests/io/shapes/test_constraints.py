@@ -112,7 +112,7 @@ PIN = '{"source": [1, 2], "target": [3, 4]'
         ),
         ('{"pins": [{"source": -1, "target": [3, 4]}]}', r"pins\.0\.source: '-1' is not a point"),
         ('{"pins": [{"source": null, "target": [3, 4]}]}', r"pins\.0\.source: is not a point"),
-        ("[" * 100_000, "nested too deeply"),
+        ("[" * 100_000, "nested more than"),
         ('{"pegs": []}', "pegs: unknown key"),
         ('{"pins": [' + PIN + ', "colour": 1}]}', r"pins\.0\.colour: unknown key"),
         ('{"pins": [' + PIN + "}, {}]}", r"pins\.1\.source: is missing \(and 1 more"),

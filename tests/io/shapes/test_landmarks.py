@@ -68,7 +68,9 @@ def test_maps_in_files_with_y_up_keep_their_coordinates(pair, tmp_path):
 
 @pytest.mark.parametrize("suffix", landmarks.SUFFIXES)
 def test_written_landmarks_are_read_back(pair, suffix):
-    pins = [listing.Pin(name=f"p{k}", source=a, target=b) for k, (a, b) in enumerate(zip(SOURCE, TARGET))]
+    pins = [
+        listing.PinEntry(name=f"p{k}", source=a, target=b) for k, (a, b) in enumerate(zip(SOURCE, TARGET))
+    ]
     text = landmarks.write(suffix, pins, *pair)
     again = landmarks.parse(f"x{suffix}", text.encode()).in_file_units(*pair)
     assert np.allclose([source for _, source, _ in again], SOURCE)
@@ -98,6 +100,7 @@ def test_wrong_files_are_refused_with_the_reason(tmp_path, name, text, reason):
     assert name in str(error.value)
 
 
+@pytest.mark.slow
 def test_the_command_accepts_landmarks_as_pins(pair, tmp_path, iccm, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "l.csv").write_text(BIGWARP)

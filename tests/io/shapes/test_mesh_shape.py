@@ -9,7 +9,7 @@ from iccm.errors import InputError
 from iccm.io import memory, point_syntax
 from iccm.io.meshes import mesh_files, obj
 from iccm.io.pictures import image_files
-from iccm.io.run import plots
+from iccm.io.run import plots, preview
 from iccm.io.run.outputs.baked import bake
 from iccm.io.run.outputs.new_uvs import new_uvs
 from iccm.io.shapes import mesh_reading
@@ -76,7 +76,7 @@ def test_new_coordinates_are_where_the_texture_lies_over_the_flattening(tmp_path
 
 
 def target_plane(shape):
-    return plots.target_plane(shape)
+    return preview.target_plane(shape)
 
 
 def test_a_texture_next_to_the_mesh_is_bound(tmp_path):
@@ -127,7 +127,7 @@ def test_glb_and_ply_hold_the_same_coordinates(tmp_path, suffix):
 
 def test_formats_without_coordinates_are_refused(tmp_path):
     target = mesh_reading.read(str(write_mesh(tmp_path / "hill.obj")))
-    with pytest.raises(InputError, match=r"o\.stl: cannot hold texture coordinates"):
+    with pytest.raises(InputError, match=r"o\.stl: STL files cannot hold texture coordinates"):
         new_uvs(
             [(target, identity(target), target)],
             stmap.flat(target.box),
@@ -285,6 +285,7 @@ def test_a_bake_that_a_bound_on_memory_cannot_hold_is_refused_before_the_solving
     assert result.code == 2 and "too little for the whole picture at once (--bake)" in result.err
 
 
+@pytest.mark.slow
 def test_flatten_writes_outline_flat_mesh_and_coordinates(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     write_mesh(tmp_path / "hill.obj")
@@ -328,7 +329,7 @@ def test_flatten_refuses_meshes_that_it_cannot_flatten_or_write(tmp_path, monkey
     for words, message in {
         ("tetra.obj", "--no-cut"): "is closed",
         ("hill.obj", "-o", "hill.obj", "--force"): "is also an input",
-        ("hill.obj", "-o", "x.stl"): "a flattening is written as",
+        ("hill.obj", "-o", "x.stl"): "cannot hold texture coordinates",
         ("hill.obj", "--uv", "x.stl"): "cannot hold texture coordinates",
         ("hill.obj", "--plot", "x.gif"): "unknown suffix for --plot",
         ("missing.obj",): "no such file",
@@ -392,6 +393,7 @@ def test_points_of_the_surface_are_located_and_other_points_by_the_nearest(tmp_p
     assert (np.linalg.norm(result - off_surface, axis=1) <= nearest + 1e-12).all()
 
 
+@pytest.mark.slow
 def test_a_texture_is_mapped_onto_a_mesh_with_pins_of_the_command_line(tmp_path, shapes, iccm):
     write_mesh(tmp_path / "hill.obj", n=8)
     image_files.write(tmp_path / "c.png", colours())
@@ -733,6 +735,7 @@ def steep(x, y):
     return 10 * np.random.default_rng(5).random(x.size).reshape(x.shape)
 
 
+@pytest.mark.slow
 def test_flipped_triangles_in_the_output_are_reported(tmp_path, monkeypatch, iccm):
     monkeypatch.chdir(tmp_path)
     write_mesh(tmp_path / "steep.obj", 5, steep, uv=False)
@@ -772,7 +775,7 @@ def test_a_tube_is_cut_from_hole_to_hole_for_a_layout_and_keeps_its_hole_for_a_m
     assert result["cut"]["dilatation"]["max"] < 1.001
     last = result["cut"]["notes"][-1]
     assert "boundary" in last and "1 of 2 is the outline" in last and "cut joins 1 of the others" in last
-    assert len(mesh_reading.read("tube.obj", cut=True).holes) == 1
+    assert len(mesh_reading.read("tube.obj", cutting=mesh_reading.Cutting(closed=True)).holes) == 1
 
 
 def test_rounding_of_the_file_counts(tmp_path):

@@ -99,7 +99,10 @@ def test_landmarks_cut_closed_meshes_consistently(folder):
     (folder / "marks.json").write_text(json.dumps({"landmarks": {"source": marks, "target": marks}}))
     listed = listing.read(folder / "marks.json")
     places = [pin.source for pin in listed.all_pins]
-    source, target = (mesh_reading.read(f"{name}.obj", cut=True, pins=places) for name in ("coarse", "fine"))
+    source, target = (
+        mesh_reading.read(f"{name}.obj", cutting=mesh_reading.Cutting(closed=True, pins=places))
+        for name in ("coarse", "fine")
+    )
     collected = constraints.collect(source, target, listed)
     assert len(collected.pins) == 10  # both ends of the cut once, the others on both of its sides
     assert collected.names[0] == ["m0", *np.repeat(["m1", "m2", "m3", "m4"], 2), "m5"]

@@ -397,6 +397,7 @@ def test_a_large_picture_is_judged_by_a_small_one_and_traced_in_its_own_pixels(t
     assert silhouette.interpret(photo.pixels, photo.alpha).kind == "rectangle"
 
 
+@pytest.mark.slow
 def test_a_photograph_is_decoded_once(tmp_path, monkeypatch, iccm):
     """For its shape and for its pixels; again if it has changed in between, or memory is limited."""
     from iccm.io.pictures import image_files as decoders

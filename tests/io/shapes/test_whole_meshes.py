@@ -55,6 +55,7 @@ def test_copies_get_the_same_layout(machine):
     assert len(twins) == 2 and lengths[0] == pytest.approx(lengths[1], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_flatten_and_map_take_all_faces_in_one_command(machine, shapes, iccm):
     flat = iccm("flatten", machine, "--uv", "flat.obj", "-o", "flat.svg", "--report", "flat.json")
     assert flat.code == 0, flat.err
@@ -152,6 +153,7 @@ def holey(path):
     return len(faces)
 
 
+@pytest.mark.slow
 def test_all_faces_of_a_scan_are_mapped(shapes, iccm):
     count = holey(shapes / "scan.obj")
     flat = iccm("flatten", "scan.obj", "--uv", "flat.obj")

@@ -13,7 +13,7 @@ from iccm.io import artwork, limits
 from iccm.io.shapes import shape
 from iccm.io.svg import crossings, fill, path_data, reader
 from iccm.io.svg.affine import Affine
-from iccm.io.svg.curves import Lines, thinned
+from iccm.io.svg.curves import Polyline, thinned
 from iccm.io.svg.stylesheet import Stylesheet
 from iccm.plane import diagonal
 from tests.cases import slow
@@ -61,6 +61,7 @@ BOMBS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOMBS)
 def test_excessive_drawings_are_refused_at_once(tmp_path, name):
     refused(tmp_path, *BOMBS[name])
@@ -87,6 +88,7 @@ def test_shapes_covered_by_the_silhouette_may_cross_any_number_of_times(tmp_path
     refused(tmp_path, star_and.format(15, 110), "cross each other too often", part="#silhouette")
 
 
+@pytest.mark.slow
 def test_a_silhouette_that_is_refused_has_not_been_read_to_its_end(tmp_path, monkeypatch):
     rows = [f'<rect x="{k % 90}" y="{k // 90}" width="1.4" height="1.4"/>' for k in range(8100)]
     (tmp_path / "a.svg").write_text(SVG.format("".join(rows)))
@@ -140,6 +142,7 @@ def fewer_rules(monkeypatch):
     monkeypatch.setattr(limits, "RULES", limits.RULES // 5)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("fewer_rules")
 def test_rules_that_cannot_be_looked_up_once_are_counted():
     sheet = Stylesheet("".join(f".a{{x:{k}}}.b{k}{{y:1}}" for k in range(2000)), Element("svg"))
@@ -256,9 +259,9 @@ def test_a_run_of_lines_agrees_with_its_commands():
     assert len(merged.pieces) < len(separate.pieces) and merged.pieces[-1].last() == ends[-1]
     straight = [piece for piece in separate.pieces if not piece.bend()]
     parts = [
-        piece.z[1:] if isinstance(piece, Lines) else [piece.last()]
+        piece.z[1:] if isinstance(piece, Polyline) else [piece.last()]
         for piece in merged.pieces
-        if isinstance(piece, Lines) or not piece.bend()
+        if isinstance(piece, Polyline) or not piece.bend()
     ]
     assert np.array_equal(np.concatenate(parts), [piece.last() for piece in straight])
 
@@ -323,6 +326,7 @@ AGAIN = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AGAIN)
 def test_repeated_uses_count_towards_the_budget(shapes, iccm, name):
     body, match = AGAIN[name]
@@ -343,6 +347,7 @@ def test_lists_of_classes_are_looked_up_once_and_counted(monkeypatch):
             sheet.style(Element("path", {"class": f"{many} c{k}"}))
 
 
+@pytest.mark.slow
 def test_a_picture_that_is_used_often_is_written_once(shapes, iccm):
     """If the map is a similarity, under which it is unchanged."""
     (shapes / "a.svg").write_text(SVG.format(f"<defs>{PICTURE}</defs>{SHOWN}" + '<use href="#i"/>' * 3))
@@ -385,6 +390,7 @@ def test_many_rings_wind_around_points_as_each_does(monkeypatch, at_once):
     assert np.array_equal(winding, np.rint(sum(angles) / (2 * np.pi))) and np.ptp(winding) > 2
 
 
+@pytest.mark.slow
 def test_crossings_of_all_shapes_are_limited_together(tmp_path, monkeypatch):
     """Each of many shapes crosses itself less often than one shape may; shapes that do not cross remain."""
     rng = np.random.default_rng(3)

@@ -88,7 +88,6 @@ def test_anchors_and_places_of_parts(tmp_path):
 @pytest.mark.parametrize(
     "body",
     [
-        TEXT.format(x=9, more="", text="h").replace("DejaVu Sans", "Other"),
         TEXT.format(x=9, more='writing-mode="sideways-lr"', text="ho"),
         TEXT.format(x=9, more="", text='h<tspan textLength="30">o<tspan textLength="9">u</tspan></tspan>'),
         TEXT.format(x=9, more="", text="\u0633\u0644<tspan>\u0633</tspan>"),
@@ -96,9 +95,37 @@ def test_anchors_and_places_of_parts(tmp_path):
         TEXT.format(x=9, more="", text='<textPath href="#p">h</textPath>'),
     ],
 )
-def test_special_text_and_text_without_a_font_stays_text(tmp_path, body):
+def test_special_text_stays_text(tmp_path, body):
     with pytest.raises(InputError, match="convert text to paths"):
         drawn(tmp_path, body)
+
+
+@pytest.mark.parametrize(
+    ("families", "reason"),
+    [
+        ('font-family="Nonesuch, Other"', "its font Nonesuch, Other is not installed"),
+        ("", "it names no font"),
+        ('font-family="STIXSizeOneSym"', "the font STIXSizeOneSym lacks some of its letters"),
+    ],
+)
+def test_text_without_its_font_is_set_in_another_as_in_browsers(tmp_path, families, reason):
+    text = TEXT.format(x=9, more="", text="hong").replace('font-family="Nonesuch, DejaVu Sans"', families)
+    shapes, box = drawn(tmp_path, text)
+    assert len(shapes) == 4 and box == pytest.approx(box_of("hong", 9), abs=0.8)
+    assert any(note.startswith(f"1 × text in DejaVu Sans, since {reason}") for note in shapes[0].notes)
+
+
+def test_a_family_is_replaced_by_one_of_the_same_widths(tmp_path, monkeypatch):
+    """As Arial is by Liberation Sans, where that is installed."""
+    monkeypatch.setitem(installed_fonts._ALIKE, "arial", ("dejavu serif",))
+    text = TEXT.format(x=9, more="", text="hong").replace("Nonesuch, DejaVu Sans", "Arial, DejaVu Sans")
+    if "serif" not in installed_fonts.font_file("sans-serif")[0].casefold():
+        monkeypatch.setattr(installed_fonts.shutil, "which", lambda name: None)
+        monkeypatch.setattr(installed_fonts, "folders", lambda: (FONTS,))
+    shapes, box = drawn(tmp_path, text)
+    serif = TextPath((0, 0), "hong", size=40, prop=FontProperties(family="DejaVu Serif")).get_extents()
+    assert box[2] - box[0] == pytest.approx(serif.x1 - serif.x0, abs=0.8)
+    assert not any("DejaVu" in note for note in shapes[0].notes)
 
 
 def test_letters_are_counted(tmp_path, monkeypatch):
@@ -109,17 +136,13 @@ def test_letters_are_counted(tmp_path, monkeypatch):
 
 def test_artwork_carries_letters(tmp_path, iccm):
     square = '<rect id="s" width="200" height="100" fill="#fff"/>'
-    (tmp_path / "a.svg").write_text(SVG.format(square + TEXT.format(x=30, more="", text="h")))
-    result = iccm(
-        "map",
-        f"{tmp_path}/a.svg#canvas",
-        f"{tmp_path}/a.svg#canvas",
-        "--gaps",
-        "transparent",
-        "-o",
-        tmp_path / "o.svg",
+    (tmp_path / "a.svg").write_text(
+        SVG.format(square + TEXT.format(x=30, more="", text="h")).replace(", DejaVu Sans", "")
     )
+    words = [f"{tmp_path}/a.svg#canvas"] * 2
+    result = iccm("map", *words, "--gaps", "transparent", "-o", tmp_path / "o.svg")
     assert result.code == 0 and "omitted (convert it" not in result.err
+    assert "1 × text in DejaVu Sans, since its font Nonesuch is not installed" in result.err
     low, high = shape.read(f"{tmp_path}/o.svg#2").curve.box
     assert [low.real, low.imag, high.real, high.imag] == pytest.approx(box_of("h", 30), abs=0.6)
 
@@ -148,7 +171,7 @@ def test_fonts_are_found_without_fontconfig(tmp_path, monkeypatch):
     assert "missing" in installed_fonts.finder()
     assert after[1] == pytest.approx(before[1]) and len(after[0]) == len(before[0]) == 3
     assert after[0][0].curve.area == pytest.approx(before[0][0].curve.area)
-    assert any("1 text " in note and "to paths" in note for note in unknown[0][0].notes)
+    assert len(unknown[0]) == 4 and any("1 × text in DejaVu Sans" in note for note in unknown[0][0].notes)
 
 
 @pytest.mark.parametrize(

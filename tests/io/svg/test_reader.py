@@ -407,6 +407,7 @@ ON_IT = {
     "line": '<line x1="30" y1="50" x2="80" y2="50" stroke="#000"/>',
     "polyline": '<polyline points="30 100 60 95 80 100" stroke="#000"/>',
     "label": '<path id="o" d="M30 90h9v9h-9z m2 2v5h5v-5z"/>',
+    "words": '<text x="30" y="100" font-size="12" font-family="DejaVu Sans">Front</text>',
     "arrowhead": '<path d="M50 40l4 8h-8z"/>',
     "fill without paint": '<path d="M0 0H300V300H0z" fill-opacity="0"/>',
 }
@@ -721,7 +722,7 @@ def test_translations_by_parts_of_a_box(svg):
     "body, words",
     [
         ("", ("contains no outline",)),
-        ("<text>hello</text>", ("paths", "#text=")),
+        ('<text writing-mode="sideways-lr">hello</text>', ("paths", "#text=")),
         ('<rect width="5"/>', ("0 distinct points",)),
         ('<rect width="-5" height="5"/>', ("width is -5",)),
         ('<circle r="x"/>', ("r 'x' is not a length",)),
@@ -773,6 +774,7 @@ HOSTILE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("data", HOSTILE, ids=lambda data: repr(data[:24]))
 def test_hostile_files_end_at_once(tmp_path, data):
     path = tmp_path / "bad.svg"
@@ -780,6 +782,7 @@ def test_hostile_files_end_at_once(tmp_path, data):
     one_line(lambda: shapes.read(str(path)), "bad.svg: ", HOSTILE[data])
 
 
+@pytest.mark.slow
 def test_uses_that_multiply_end_at_once(svg):
     layers = "".join(f'<g id="g{i + 1}">{f"""<use href="#g{i}"/>""" * 10}</g>' for i in range(12))
     one_line(lambda: svg(f'<g id="g0"><rect width="1" height="1"/></g>{layers}'), "elements")
@@ -788,6 +791,7 @@ def test_uses_that_multiply_end_at_once(svg):
 FILLERS = (" ", "9", "(", "\n", ",", "-", "M", "1 ", "/*", "{", ".a", "a(")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("filler", some_fast(FILLERS, 3))
 @pytest.mark.parametrize(
     "template",
@@ -858,7 +862,7 @@ def test_pins_and_strokes_are_read_and_never_the_domain(svg):
 
 def test_an_id_that_draws_no_outline_is_not_called_missing(svg):
     body = (
-        '<rect width="9" height="9"/><text id="title">x</text>'
+        '<rect width="9" height="9"/><text id="title" writing-mode="sideways-lr">x</text>'
         '<g style="display:none"><rect id="old" width="9" height="9"/></g>'
     )
     one_line(lambda: svg(body, chosen="#title"), "<text> 'title' draws no outline", "text to paths")
