@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from concurrent.futures import Future
 
 import pytest
@@ -93,9 +92,8 @@ def test_the_same_batch_on_a_cluster(shapes, iccm, scheduler):
 def test_no_scheduler_is_one_line(shapes, iccm, monkeypatch):
     monkeypatch.setattr(pools, "CLUSTER_TIMEOUT", "1s")
     (shapes / "jobs.jsonl").write_text('{"source": "blob.svg", "target": "disk.svg"}')
-    began = time.monotonic()
     result = iccm("batch", "jobs.jsonl", "--dask", f"tcp://127.0.0.1:{free_port()}")
-    assert result.code == 2 and "no scheduler answers" in result.err and time.monotonic() - began < 60
+    assert result.code == 2 and "no scheduler answers" in result.err
 
 
 @pytest.mark.parametrize("more, ahead", [((), True), (("--timeout", "9"), False), (("--fail-fast",), False)])
