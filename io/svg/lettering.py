@@ -238,78 +238,11 @@ class Lettering:
 
         Runs between two absolute positions are anchored together.
         """
-        parts: list[tuple[tuple[str, ...], str]] = []
-        x, y = 0.0, 0.0
-        line: list[TextRun] = []
-        anchor, runs_in_line = 0.0, 0
-        count, width = 0, 0.0
-        path: str | None = None
-
-        def end() -> None:
-            shift = anchor * (x - line[0].x) if line else 0.0
-            for paint, data in (part for piece in line for part in piece.draw(shift)):
-                if parts and parts[-1][0] == paint:
-                    parts[-1] = paint, parts[-1][1] + data
-                else:
-                    parts.append((paint, data))
-            line.clear()
-
+        setting = _Setting()
         for text, style in runs:
-            if style.get(ALONG) != path:  # on a path, x of the text counts and y does not
-                path, has_letters = style.get(ALONG), bool(line)
-                end()
-                x, y = 0.0 if has_letters else x, 0.0
-            place = {name: _place(style[name], name) for name in _MOVES if name in style}
-            leftward = style.get("direction", "ltr").strip() == "rtl"
-            vertical = style.get("writing-mode", "lr").strip() in _VERTICAL
-            if vertical:  # in a plane whose x points down and whose y points to the left
-                if ALONG in style:
-                    raise _NotPlainError("vertical text on a path is not supported")
-                place = {_TURNED[name]: _TURNED_SIGN[name] * value for name, value in place.items()}
-            if ALONG in style:
-                place.pop("y", None)
-            if "x" in place or "y" in place:
-                end()
-                x, y = place.get("x", x), place.get("y", y)
-            x, y = x + place.get("dx", 0.0), y + place.get("dy", 0.0)
-            if not line:
-                anchor, runs_in_line = _ANCHORS.get(style.get("text-anchor", "start").strip(), 0.0), 0
-                anchor = 1 - anchor if leftward else anchor
-            runs_in_line += 1
-            font, size = self._font(style, text)
-            extra_spacing, stretch = float(style.get(APART, "0")), float(style.get(STRETCHED, "1"))
-            spacing = Spacing(
-                (_spacing(style, "letter-spacing") + extra_spacing) / size,
-                _spacing(style, "word-spacing") / size,
-            )
-            track = _Track(style[ALONG], style.get("startOffset", "0")) if ALONG in style else None
-            rotation = _degrees(style.get("rotate", "0"))
-            raised = sum(_raised(shift, font) for shift in style.get(RAISED, "").split())
-            baseline = style.get("alignment-baseline", style.get("dominant-baseline", "auto")).strip()
-            if vertical and baseline == "auto":
-                baseline = "central"
-            raised -= float(style.get(FULL, size)) * _BASELINES[baseline](font)
-            paint = _paint(style)
-            lines = tuple(json.loads(style.get(LINED, "[]")))
-            for part in _upright_apart(text, style) if vertical else in_visual_order(text, leftward=leftward):
-                upright = vertical and _is_upright(part, style)
-                advance = (
-                    size
-                    * ((font.line_height + spacing.letters) if upright else font.width(part, spacing))
-                    * stretch
-                )
-                line.append(
-                    TextRun(
-                        *(part, font, size, x, y - raised, spacing, stretch, track, rotation, paint),
-                        *(advance, lines, vertical, upright),
-                    )
-                )
-                x, width = x + advance, width + advance
-            if runs_in_line > 1 and (leftward or any(font.runs_leftward(piece.text) for piece in line)):
-                raise _NotPlainError("letters run both ways in several spans of a line")
-            count += len(text)
-        end()
-        return parts, width, count
+            setting.add(text, style, *self._font(style, text))
+        setting.end_line()
+        return setting.parts, setting.width, setting.letters
 
     def _font(self, style: Mapping[str, str], text: str) -> tuple[Font, float]:
         self._letters.spend(len(text))
@@ -397,6 +330,102 @@ _SPACE = "{http://www.w3.org/XML/1998/namespace}space"
 Run = tuple[str, Mapping[str, str]]
 Painted = list[tuple[tuple[str, ...], str]]
 """Parts of a text: the values of all of PAINT, and path data."""
+
+
+@dataclass(eq=False)
+class _Setting:
+    """Runs of text that are set one after another.
+
+    A line is what lies between two absolute positions; it is anchored, and then drawn, as a whole.
+
+    Attributes:
+        parts: what has been drawn.
+        width: the sum of the advances of all runs, in the text's units.
+        letters: their number.
+    """
+
+    parts: "Painted" = field(default_factory=list)
+    width: float = 0.0
+    letters: int = 0
+    _x: float = 0.0  # where the next run begins
+    _y: float = 0.0
+    _path: str | None = None  # that the line runs along
+    _line: list["TextRun"] = field(default_factory=list)  # pieces of the line, not drawn yet
+    _runs_in_line: int = 0
+    _anchor: float = 0.0  # share of the line that lies before its position
+
+    def add(self, text: str, style: Mapping[str, str], font: Font, size: float) -> None:
+        """Set a run, with a font and its size."""
+        leftward = style.get("direction", "ltr").strip() == "rtl"
+        vertical = style.get("writing-mode", "lr").strip() in _VERTICAL
+        self._move(style, vertical=vertical)
+        if not self._line:
+            anchor = _ANCHORS.get(style.get("text-anchor", "start").strip(), 0.0)
+            self._anchor, self._runs_in_line = 1 - anchor if leftward else anchor, 0
+        self._runs_in_line += 1
+        extra_spacing, stretch = float(style.get(APART, "0")), float(style.get(STRETCHED, "1"))
+        spacing = Spacing(
+            (_spacing(style, "letter-spacing") + extra_spacing) / size,
+            _spacing(style, "word-spacing") / size,
+        )
+        track = _Track(style[ALONG], style.get("startOffset", "0")) if ALONG in style else None
+        rotation, y = _degrees(style.get("rotate", "0")), self._y - _raise(style, font, size, vertical)
+        paint, lines = _paint(style), tuple(json.loads(style.get(LINED, "[]")))
+        for part in _upright_apart(text, style) if vertical else in_visual_order(text, leftward=leftward):
+            upright = vertical and _is_upright(part, style)
+            ems = font.line_height + spacing.letters if upright else font.width(part, spacing)
+            advance = size * ems * stretch
+            self._line.append(
+                TextRun(
+                    *(part, font, size, self._x, y, spacing, stretch, track, rotation, paint),
+                    *(advance, lines, vertical, upright),
+                )
+            )
+            self._x += advance
+            self.width += advance
+        if self._runs_in_line > 1 and (
+            leftward or any(font.runs_leftward(piece.text) for piece in self._line)
+        ):
+            raise _NotPlainError("letters run both ways in several spans of a line")
+        self.letters += len(text)
+
+    def _move(self, style: Mapping[str, str], *, vertical: bool) -> None:
+        """Go to the position that a run's style gives; an absolute one begins another line."""
+        if style.get(ALONG) != self._path:  # on a path, x of the text counts and y does not
+            self._path, has_letters = style.get(ALONG), bool(self._line)
+            self.end_line()
+            self._x, self._y = 0.0 if has_letters else self._x, 0.0
+        place = {name: _place(style[name], name) for name in _MOVES if name in style}
+        if vertical:  # in a plane whose x points down and whose y points to the left
+            if ALONG in style:
+                raise _NotPlainError("vertical text on a path is not supported")
+            place = {_TURNED[name]: _TURNED_SIGN[name] * value for name, value in place.items()}
+        if ALONG in style:
+            place.pop("y", None)
+        if "x" in place or "y" in place:
+            self.end_line()
+            self._x, self._y = place.get("x", self._x), place.get("y", self._y)
+        self._x += place.get("dx", 0.0)
+        self._y += place.get("dy", 0.0)
+
+    def end_line(self) -> None:
+        """Draw the line; neighbouring parts of the same paint become one."""
+        shift = self._anchor * (self._x - self._line[0].x) if self._line else 0.0
+        for paint, data in (part for piece in self._line for part in piece.draw(shift)):
+            if self.parts and self.parts[-1][0] == paint:
+                self.parts[-1] = paint, self.parts[-1][1] + data
+            else:
+                self.parts.append((paint, data))
+        self._line.clear()
+
+
+def _raise(style: Mapping[str, str], font: Font, size: float, vertical: bool) -> float:
+    """Return how far the baseline of a run lies above that of its line."""
+    raised = sum(_raised(shift, font) for shift in style.get(RAISED, "").split())
+    baseline = style.get("alignment-baseline", style.get("dominant-baseline", "auto")).strip()
+    if vertical and baseline == "auto":
+        baseline = "central"
+    return raised - float(style.get(FULL, size)) * _BASELINES[baseline](font)
 
 
 @dataclass(eq=False)
