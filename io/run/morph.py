@@ -150,15 +150,15 @@ def run(
     from ...blas import one_thread
 
     outputs = {name: _output(name, job, settings) for name in job.output}
-    names = {name: _names(name, settings.frames) for name in outputs}
-    written = [frame_name for group in names.values() for frame_name in group]
-    if twice := [name for name in names if job.output.count(name) > 1]:
+    if twice := [name for name in outputs if job.output.count(name) > 1]:
         raise InputError(f"{twice[0]}: is used for two outputs; give each a separate name")
     if leaves_out_parts(job.fit):
         able = ", ".join(name for name, mode in FITS.items() if not mode.leaves_out_parts)
         raise InputError(
             f"--fit {job.fit}: hides parts of a shape, but a morph shows all of it; use one of {able}"
         )
+    names = {name: _names(name, settings.frames) for name in outputs}
+    written = [frame_name for group in names.values() for frame_name in group]
     phases = Phases()
     with one_thread(), references.outside(job.allow_outside), progress.heard(listener):
         with phases.timed("read"):
@@ -171,45 +171,84 @@ def run(
             job = _with_holes(job, inputs)
             run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
             _check(run, list(outputs.values()), settings.frames)
-        solve_pairs(run, lambda pair: _settings(run, pair))
-        if job.parts == "auto" and any(fit.coverage.is_partial for fit in run.fits):
-            # what a map hides cannot become something else: all parts move as one instead
-            with phases.timed("read"):
-                job = job.model_copy(update={"parts": "joined"})
-                run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, []))
-            solve_pairs(run, lambda pair: _settings(run, pair))
-        note_maps(run)
+        run = _mapped(run)
         with phases.timed("morph"):
             frames = list(_frames(run, settings))
-        with ExitStack() as stack:
+        with ExitStack() as stack, phases.timed("resample"):
             for name, output in outputs.items():
                 paths = [
                     stack.enter_context(files.writing(frame_name, force=job.force))
                     for frame_name in names[name]
                 ]
-                with phases.timed("resample"):
-                    if isinstance(output, Artwork) and NUMBER not in name:
-                        if formats.suffix_of(name) == LOTTIE:
-                            run.note(*_animate_lottie(output, frames, settings, paths[0]))
-                        elif frames[0].layers:
-                            _animate_areas(name, frames, settings, paths[0])
-                        else:
-                            run.note(*_animate_drawing(run, output, frames, settings, paths[0]))
-                    elif NUMBER not in name:
-                        _animate(frames, settings, paths[0], formats.suffix_of(name))
-                    elif isinstance(output, Artwork):
-                        _write_drawings(run, output, frames, paths)
-                        if _differs_at_the_end(run, frames):
-                            _write_target(run, frames[-1].artwork, paths[-1])
-                            run.note(
-                                f"{names[name][-1]}: is the target's own drawing, and paths of the frames have "
-                                "different commands, since areas appear, vanish or change their form"
-                            )
-                    else:
-                        for frame, path in zip(frames, paths):
-                            Image.fromarray(frame.pixels()).save(path)
+                if NUMBER in name:
+                    _write_frames(run, output, frames, names[name], paths)
+                else:
+                    _write_animation(run, name, output, frames, settings, paths[0])
     status = next((fit.status for fit in run.fits if not fit.status.ok), run.fit.status)
     return status.ok, status.value, written
+
+
+def _mapped(run: Run) -> Run:
+    """Solve for the maps of a run, and return it; another run of all parts as one, if maps hide something."""
+    solve_pairs(run, lambda pair: _settings(run, pair))
+    if run.job.parts == "auto" and any(fit.coverage.is_partial for fit in run.fits):
+        # what a map hides cannot become something else
+        with run.phases.timed("read"):
+            job = run.job.model_copy(update={"parts": "joined"})
+            joined = _with_own_pictures(Run.read(job, run.inputs, run.threads, run.tell, run.phases, []))
+        solve_pairs(joined, lambda pair: _settings(joined, pair))
+        run = joined
+    note_maps(run)
+    return run
+
+
+def _write_frames(
+    run: Run,
+    output: Output | None,
+    frames: Sequence[MorphFrame],
+    names: Sequence[str],
+    paths: Sequence[Path],
+) -> None:
+    """Write a file for each frame.
+
+    Args:
+        run: the map.
+        output: the writer of the frames.
+        frames: what they show.
+        names: of the files, for notes.
+        paths: where they are written.
+    """
+    if not isinstance(output, Artwork):
+        for frame, path in zip(frames, paths):
+            Image.fromarray(frame.pixels()).save(path)
+        return
+    _write_drawings(run, output, frames, paths)
+    if _differs_at_the_end(run, frames):
+        _write_target(run, frames[-1].artwork, paths[-1])
+        run.note(
+            f"{names[-1]}: is the target's own drawing, and paths of the frames have different commands, since areas "
+            "appear, vanish or change their form"
+        )
+
+
+def _write_animation(
+    run: Run,
+    name: str,
+    output: Output | None,
+    frames: Sequence[MorphFrame],
+    settings: MorphSettings,
+    path: Path,
+) -> None:
+    """Write all frames to one file."""
+    suffix = formats.suffix_of(name)
+    if not isinstance(output, Artwork):
+        _animate(frames, settings, path, suffix)
+    elif suffix == LOTTIE:
+        run.note(*_animate_lottie(output, frames, settings, path))
+    elif frames[0].layers:
+        _animate_areas(name, frames, settings, path)
+    else:
+        run.note(*_animate_drawing(run, output, frames, settings, path))
 
 
 def _with_holes(job: Job, inputs: Inputs) -> Job:
@@ -584,7 +623,7 @@ def _animate_lottie(
         )
 
 
-def _animate(frames: list[MorphFrame], settings: MorphSettings, path: Path, suffix: str) -> None:
+def _animate(frames: Sequence[MorphFrame], settings: MorphSettings, path: Path, suffix: str) -> None:
     """Write one file that shows all frames in a loop."""
     pictures = settings.ordered([Image.fromarray(frame.pixels()) for frame in frames])
     format_options = {"lossless": True} if suffix == ".webp" else {"disposal": 2 if suffix == ".gif" else 1}
