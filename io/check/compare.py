@@ -6,8 +6,9 @@ import fnmatch
 import json
 import os
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -229,29 +230,55 @@ def _meshes(run: Path, baseline: Path, allowed: Meshes, verdict: Verdict) -> Non
 
 
 def _reports(name: str, run: Path, baseline: Path, allowed: Tolerances, verdict: Verdict) -> None:
-    documents = [files.read_json(path, max_bytes=limits.COMPARED_BYTES) for path in (run, baseline)]
-    a, b = (
-        {key: _named(value, path.parents[name.count("/")]) for key, value in flat(document).items()}
-        for document, path in zip(documents, (run, baseline))
-    )
-    additions = list(added(*documents))
-    if unknown := [key for key in additions if not allowed.figure(key).ignore]:
+    result, expected = (files.read_json(path, max_bytes=limits.COMPARED_BYTES) for path in (run, baseline))
+    if expected in ({}, []):
+        verdict.problems.append("its baseline is empty; write it again with --update")
+        return
+    if unknown := [key for key in added(result, expected) if not allowed.figure(key).ignore]:
         verdict.notes.append(
             f"not in the baseline, and not compared: {first_names(unknown, SHOWN_ADDITIONS)}"
         )
-    for key in [*b, *(key for key in a if key not in b)]:
+    for key, a, b in figures(result, expected):
         tolerance = allowed.figure(key)
-        if tolerance.ignore or any(f"{key}.".startswith(f"{addition}.") for addition in additions):
+        if tolerance.ignore:
             continue
-        if b.get(key) == {} and any(addition.startswith(f"{key}.") for addition in additions):
-            continue  # an object that was empty
-        if key not in a or key not in b:
-            verdict.problems.append(f"{key}: {'missing' if key not in a else 'not in the baseline'}")
-        elif not _same(a[key], b[key], tolerance):
-            difference = Moved(key, _value(a[key]), _value(b[key]), _limit(a[key], b[key], tolerance))
+        if a is ABSENT or b is ABSENT:
+            verdict.problems.append(f"{key}: {'missing' if a is ABSENT else 'not in the baseline'}")
+            continue
+        a, b = (_named(value, path.parents[name.count("/")]) for value, path in ((a, run), (b, baseline)))
+        if not _same(a, b, tolerance):
+            difference = Moved(key or "content", _value(a), _value(b), _limit(a, b, tolerance))
             verdict.moved.append(difference)
             within = f" (allowed difference {difference.limit})" if difference.limit else ""
-            verdict.problems.append(f"{key}: {difference.run} instead of {difference.baseline}{within}")
+            verdict.problems.append(
+                f"{difference.key}: {difference.run} instead of {difference.baseline}{within}"
+            )
+
+
+ABSENT = object()
+"""The value of a figure that only the other one of two reports has."""
+
+
+def figures(run: Any, baseline: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
+    """Yield the figures of two reports by dotted path, with their values, or ABSENT.
+
+    Keys that an object of the baseline lacks are not yielded (see `added`).
+    """
+    if isinstance(run, dict) and isinstance(baseline, dict):
+        items: Iterable[tuple[Any, Any, Any]] = (
+            (name, run.get(name, ABSENT), value) for name, value in baseline.items()
+        )
+    elif isinstance(run, list) and isinstance(baseline, list):
+        items = ((index, *pair) for index, pair in enumerate(zip_longest(run, baseline, fillvalue=ABSENT)))
+    else:
+        only = baseline if run is ABSENT else run if baseline is ABSENT else None
+        if not (only and isinstance(only, dict | list)):
+            yield key, run, baseline
+            return
+        inner = only.items() if isinstance(only, dict) else enumerate(only)
+        items = ((name, *((ABSENT, value) if run is ABSENT else (value, ABSENT))) for name, value in inner)
+    for name, a, b in items:
+        yield from figures(a, b, f"{key}.{name}" if key else str(name))
 
 
 def added(run: Any, baseline: Any, key: str = "") -> Iterator[str]:
@@ -269,18 +296,6 @@ def added(run: Any, baseline: Any, key: str = "") -> Iterator[str]:
     elif isinstance(run, list) and isinstance(baseline, list):
         for index, pair in enumerate(zip(run, baseline)):
             yield from added(*pair, f"{prefix}{index}")
-
-
-def flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Return the leaves of a nested value by dotted path; empty lists and tables are leaves, so that they are compared,
-    too.
-    """
-    if isinstance(value, dict | list) and value:
-        items = value.items() if isinstance(value, dict) else enumerate(value)
-        return {
-            k: v for name, item in items for k, v in flat(item, f"{key}.{name}" if key else str(name)).items()
-        }
-    return {key: value}
 
 
 def _named(value: Any, folder: Path) -> Any:
@@ -313,4 +328,6 @@ def _limit(a: Any, b: Any, tolerance: Figure) -> str:
 
 
 def _value(value: Any) -> str:
+    if value and isinstance(value, dict | list):
+        return "an object" if isinstance(value, dict) else "a list"
     return f"{value:.6g}" if isinstance(value, float) else json.dumps(value)

@@ -134,6 +134,30 @@ def test_a_changed_report_is_caught(folders, iccm, change, message):
 
 
 @pytest.mark.parametrize(
+    ("run_report", "baseline_report", "message"),
+    [
+        (REPORT, {}, "its baseline is empty"),
+        (REPORT, [], "its baseline is empty"),
+        (REPORT, [1, 2], "content: an object instead of a list"),
+        (REPORT, 3, "content: an object instead of 3"),
+        ({}, REPORT, "status: missing"),
+        ({**REPORT, "boundary": {}}, REPORT, "boundary.rms: missing"),
+        ({**REPORT, "boundary": 3}, REPORT, "boundary: 3 instead of an object"),
+        ({**REPORT, "pins": [{"error": []}]}, REPORT, "pins.0.error: not in the baseline"),
+    ],
+)
+def test_reports_of_another_form_are_failures_that_name_the_figure(
+    folders, iccm, run_report, baseline_report, message
+):
+    run, base = folders
+    (run / "r.json").write_text(json.dumps(run_report))
+    (base / "r.json").write_text(json.dumps(baseline_report))
+    result = iccm("check", run, base)
+    assert result.code == 1 and f"r.json: {message}" in result.err
+    assert ": : " not in result.err and result.err.count("not in the baseline") <= 1
+
+
+@pytest.mark.parametrize(
     "change",
     [
         lambda r: r.update(depth=3),
