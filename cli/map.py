@@ -56,6 +56,19 @@ def command(
     iccm map rose.svg leaf.svg -o rose-leaf.svg -o rose-leaf.npz
     iccm map --text Hello leaf.svg --fit box -o hello-leaf.svg
 
+    A logo on a mug that stays visible, the texture of one mesh on another, and a page in a photo, made flat by its
+    corners:
+
+    \b
+    iccm map badge.svg mug.svg#body --background target -o badge-mug.png
+    iccm map old.obj new.obj -o new-textured.obj
+    iccm map page.png#plane=155,15:360,95:260,130:65,40 sheet:300x50 -o flat.png
+
+    The label of a bottle is unrolled by its diameter x height and six points of its edges:
+
+    \b
+    iccm map bottle.jpg#cylinder=82x95:12,8:20,11:28,8:27,22:20,24:14,22 sheet
+
     Exit code: 0 done, 1 the result is not good enough, 2 wrong input.
     """
     shapes = _shapes(arguments["source"], arguments["target"], text, target_text, font, font_variation)

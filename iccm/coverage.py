@@ -57,7 +57,7 @@ class Coverage:
 
     @cached_property
     def voids(self) -> Flags:
-        """(m,) the triangles that fill holes of the source without a partner."""
+        """The triangles that fill holes of the source without a partner; shape (m,)."""
         assert isinstance(self.map, TriangulatedMap)
         mapped = {i for i, _ in self.hole_partners}
         alone = [] if self.target is None else [h for i, h in enumerate(self.source_holes) if i not in mapped]

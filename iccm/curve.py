@@ -80,12 +80,12 @@ class Curve:
 
     @cached_property
     def edges(self) -> Complex:
-        """(e,) edge vectors; e = n for a closed curve, n - 1 for an open one."""
+        """Edge vectors; e = n for a closed curve, n - 1 for an open one; shape (e,)."""
         return np.roll(self.z, -1) - self.z if self.closed else np.diff(self.z)
 
     @cached_property
     def lengths(self) -> Real:
-        """(e,) edge lengths."""
+        """Edge lengths; shape (e,)."""
         return np.abs(self.edges)
 
     @cached_property
@@ -132,7 +132,7 @@ class Curve:
 
     @cached_property
     def normals(self) -> Complex:
-        """(e,) unit normals of the edges, outward for a counter-clockwise curve."""
+        """Unit normals of the edges, outward for a counter-clockwise curve; shape (e,)."""
         return -1j * self.edges / self.lengths
 
     def reversed(self) -> "Curve":

@@ -187,17 +187,17 @@ class Softness:
 
     @property
     def is_soft(self) -> Flags:
-        """(k,) whether a pin may miss its place."""
+        """Whether a pin may miss its place; shape (k,)."""
         return self.radii != 0
 
     @property
     def is_given(self) -> Flags:
-        """(k,) whether any property other than exactness is given."""
+        """Whether any property other than exactness is given; shape (k,)."""
         return ~np.isnan(self.tolerances) | (self.radii > 0) | self.has_derivative
 
     @property
     def has_derivative(self) -> Flags:
-        """(k,) whether the rotation or the scale of a patch is given."""
+        """Whether the rotation or the scale of a patch is given; shape (k,)."""
         return ~np.isnan(self.rotations) | ~np.isnan(self.scales)
 
 

@@ -210,7 +210,7 @@ class Problem:
 
     @property
     def ends(self) -> Complex:
-        """(k, 2) points and their images: the pins, and the ends of strokes."""
+        """Points and their images: the pins, and the ends of strokes; shape (k, 2)."""
         ends = [(a.z[k], b.z[k]) for a, b in self.strokes for k in (0, -1)]
         return np.concatenate([self.pins, np.reshape(np.array(ends, complex), (-1, 2))])
 

@@ -40,7 +40,7 @@ class Superimposition:
 
     @property
     def mirrored(self) -> Flags:
-        """(n,) whether specimens are reflected."""
+        """Whether specimens are reflected; shape (n,)."""
         return np.array([place.mirrored for place in self.placed], dtype=bool)
 
 

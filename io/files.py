@@ -98,7 +98,7 @@ def scratch() -> Iterator[Path]:
 
 
 def abandon() -> None:
-    """Remove all temporary files and folders, for a process that ends without leaving its blocks."""
+    """Remove all temporary files and folders before the process is ended inside its `with` blocks."""
     for path in list(_unfinished):
         with suppress(OSError):
             if path.is_dir():
@@ -265,7 +265,7 @@ def similar_name(path: Path) -> str:
 
 @contextmanager
 def opened(path: str | os.PathLike, *, max_bytes: int | None = None) -> Iterator[BufferedReader]:
-    """Yield an input, opened for the block.
+    """Open an input for the duration of a `with` block.
 
     Raises:
         InputError: as in `open_input`.

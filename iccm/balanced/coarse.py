@@ -63,7 +63,7 @@ class CoarseMap:
 
     @property
     def voids(self) -> Flags:
-        """(m,) the virtual triangles, which fill concavities or holes and do not belong to the map."""
+        """The virtual triangles, which fill concavities or holes and do not belong to the map; shape (m,)."""
         weights = self.solved.state.weights
         if weights is None:
             return np.zeros(len(self.solved.state.faces), bool)

@@ -451,7 +451,7 @@ class Live:
 
     @property
     def exact_pins(self) -> Complex:
-        """(k, 2) the vertices of exact pins inside and their images, as far as the map has followed."""
+        """The vertices of exact pins inside and their images, as far as the map has followed; shape (k, 2)."""
         state, inner = self.state, self.state.inner
         sides = (state.u, state.z) if self.pair.inverted else (state.z, state.u)
         return np.column_stack(

@@ -53,7 +53,7 @@ class PartWarp:
 
     @property
     def without_pins(self) -> PartWarp:
-        """The part as it is without pins."""
+        """The same part with its map before any pin was moved."""
         return PartWarp(self.base)
 
     def started(self, balance: float) -> Fit:

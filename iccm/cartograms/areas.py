@@ -68,7 +68,7 @@ class RegionMesh:
 
     @cached_property
     def source_areas(self) -> Real:
-        """(r,) the areas of the regions in the mesh."""
+        """The areas of the regions in the mesh; shape (r,)."""
         return self.areas(self.z)
 
     def areas(self, u: Complex) -> Real:

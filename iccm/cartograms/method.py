@@ -53,12 +53,12 @@ class Cartogram:
 
     @cached_property
     def areas(self) -> Real:
-        """(r,) the areas of the regions in the cartogram."""
+        """The areas of the regions in the cartogram; shape (r,)."""
         return _areas(self.image, self.mesh.faces, self.region, self.target_areas.size)
 
     @cached_property
     def errors(self) -> Real:
-        """(r,) the differences of the areas from the target areas, relative to these."""
+        """The differences of the areas from the target areas, relative to these; shape (r,)."""
         errors: Real = np.abs(self.areas / self.target_areas - 1)
         return errors
 

@@ -41,7 +41,7 @@ class Moebius:
 
     @property
     def parameters(self) -> Real:
-        """(3,) the unbounded parameters; see `of`."""
+        """The unbounded parameters; see `of`; shape (3,)."""
         q = np.arctanh(abs(self.b)) * np.exp(1j * np.angle(self.b))
         return np.array([q.real, q.imag, float(self.rho)])
 
@@ -183,7 +183,7 @@ class CircleMap:
 
     @property
     def gaps(self) -> Real:
-        """(k,) turns from each image knot to the next."""
+        """Turns from each image knot to the next; shape (k,)."""
         return np.diff(np.append(self.b, self.b[0] + 1))
 
     def hats(self, turn: Real) -> Real:

@@ -62,7 +62,7 @@ class State:
 
     @property
     def phi(self) -> Complex:
-        """(n,) coefficients of the map."""
+        """Coefficients of the map; shape (n,)."""
         return interpolate_means(self.target.at(self.tau), self.source.at(self.s))
 
     @property

@@ -112,17 +112,17 @@ class Atlas:
 
     @cached_property
     def doubled_areas(self) -> Real:
-        """(m,) twice the signed areas of the triangles in the layout, negative where it shows their backs."""
+        """Twice the signed areas of the triangles in the layout, negative where it shows their backs; shape (m,)."""
         return doubled_areas(self.uv[self.shape.faces])
 
     @cached_property
     def _label(self) -> Index:
-        """(m,) the chart of each triangle, in arbitrary order."""
+        """The chart of each triangle, in arbitrary order; shape (m,)."""
         return _unfolded(self.shape, self.doubled_areas)
 
     @cached_property
     def areas(self) -> Real:
-        """(k,) areas of the charts in the layout."""
+        """Areas of the charts in the layout; shape (k,)."""
         return np.bincount(self._label, np.abs(self.doubled_areas))[self._order] / 2
 
     @cached_property

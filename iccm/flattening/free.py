@@ -74,7 +74,7 @@ class Elastic:
 
     @property
     def faces(self) -> Index:
-        """(m, 3) the triangles."""
+        """The triangles; shape (m, 3)."""
         return self.connectivity.faces
 
     @cached_property

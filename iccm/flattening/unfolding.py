@@ -82,7 +82,7 @@ class Faceted:
 
     @cached_property
     def normals(self) -> Real:
-        """(m, 3) area vectors of the triangles."""
+        """Area vectors of the triangles; shape (m, 3)."""
         a, b, c = np.moveaxis(self.piece.points[self.piece.faces], 1, 0)
         return np.cross(b - a, c - a) / 2
 
@@ -112,7 +112,7 @@ class Faceted:
 
     @cached_property
     def region(self) -> Index:
-        """(m,) the planar region of each triangle; triangles of a polygon are in one region."""
+        """The planar region of each triangle; triangles of a polygon are in one region; shape (m,)."""
         inside = ~self.piece.drawn[self._half]
         joined = inside | (self.angles < FLAT_DEGREES)
         region = self._labels(joined)
@@ -127,7 +127,7 @@ class Faceted:
 
     @cached_property
     def part(self) -> Index:
-        """(m,) the smooth part of each triangle, bounded by hard edges."""
+        """The smooth part of each triangle, bounded by hard edges; shape (m,)."""
         return self._labels(~self.piece.drawn[self._half] | (self.angles < CREASE_DEGREES))
 
     @cached_property

@@ -46,19 +46,19 @@ class Distortion:
 
     @cached_property
     def stretches(self) -> Real:
-        """(p,) max(s₁, 1 / s₂) of the singular values relative to the mean scale; inf where folded."""
+        """(p,) the larger of stretch and shrinkage relative to the mean scale, max(s₁, 1 / s₂); inf where folded."""
         major, minor = np.abs(self.f_z) + np.abs(self.f_zbar), np.abs(self.f_z) - np.abs(self.f_zbar)
         return np.maximum(major / self.scale, _ratio(np.full_like(minor, self.scale), minor))
 
     @cached_property
     def dilatations(self) -> Real:
-        """(p,) s₁ / s₂; inf where folded, 1 where nothing is shown."""
+        """Dilatation s₁ / s₂; inf where folded, 1 where nothing is shown; shape (p,)."""
         larger, smaller = np.abs(self.f_z), np.abs(self.f_zbar)
         return np.where(larger + smaller > 0, _ratio(larger + smaller, larger - smaller), 1.0)
 
     @cached_property
     def scales(self) -> Real:
-        """(p,) √|J| relative to the mean scale."""
+        """Scale √|J| relative to the mean scale; shape (p,)."""
         return np.sqrt(np.abs(np.abs(self.f_z) ** 2 - np.abs(self.f_zbar) ** 2)) / self.scale
 
     def energies(self, balance: float = 1.0) -> dict[str, Real]:

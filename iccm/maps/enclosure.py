@@ -68,17 +68,17 @@ class CurvePieces:
 
     @property
     def following(self) -> Index:
-        """(k,) the next piece."""
+        """The next piece; shape (k,)."""
         return _following(self.ring)
 
     @property
     def loose(self) -> np.ndarray:
-        """(k,) whether the bounds leave open if the map is injective and preserves orientation on a piece."""
+        """Whether the bounds leave open if the map is injective and preserves orientation on a piece; shape (k,)."""
         return ~(self.spread <= MOST_TANGENT_RADIUS * self.jacobian)
 
     @property
     def half_angle(self) -> Real:
-        """(k,) upper bound on half the angle of the cone that contains the tangents.
+        """Upper bound on half the angle of the cone that contains the tangents; shape (k,).
 
         It is valid for pieces that are not loose.
         """

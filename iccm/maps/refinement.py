@@ -64,7 +64,7 @@ class Triangulation:
 
     @property
     def lengths(self) -> Real:
-        """(e,) lengths of the edges."""
+        """Lengths of the edges; shape (e,)."""
         return np.abs(np.diff(self.z[self.edges.ends], axis=1)[:, 0])
 
     def split(self, marked: Flags) -> tuple[Complex, Index]:
@@ -95,7 +95,7 @@ class Triangulation:
 
     @property
     def loop(self) -> Index:
-        """(r,) the boundary vertices, in order."""
+        """The boundary vertices, in order; shape (r,)."""
         ends = self.edges.ends[self.edges.rim]
         after = dict(zip(ends[:, 0].tolist(), ends[:, 1].tolist()))
         loop = [int(ends[0, 0])]

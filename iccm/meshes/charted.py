@@ -63,14 +63,14 @@ class Charted:
 
     @cached_property
     def mirrored(self) -> Index:
-        """(m,) 1 for triangles that the texture shows as seen from outside, -1 for mirrored ones."""
+        """1 for triangles that the texture shows as seen from outside, -1 for mirrored ones; shape (m,)."""
         a, b, c = np.moveaxis(self.uv[self.uv_faces], 1, 0)
         p, q = b - a, c - a
         return np.where(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] < 0, -1, 1)
 
     @cached_property
     def hands(self) -> Index:
-        """(m,) sign of the triangles' upward bitangents relative to normal × tangent, 1 or -1."""
+        """Sign of the triangles' upward bitangents relative to normal × tangent, 1 or -1; shape (m,)."""
         if self.stated is None:
             return self.mirrored
         return np.where(self._has_tangent, np.where(self.stated[..., 3] < 0, -1, 1), self.mirrored[:, None])[
@@ -79,13 +79,13 @@ class Charted:
 
     @property
     def _has_tangent(self) -> Flags:
-        """(m, 3) whether the file has a tangent for the corner."""
+        """Whether the file has a tangent for the corner; shape (m, 3)."""
         assert self.stated is not None
         return (self.stated[..., :3] != 0).any(axis=2)
 
     @cached_property
     def frames(self) -> tuple[Real, Real]:
-        """(m, 3, 3) unit normals and tangents of the triangles' corners.
+        """Unit normals and tangents of the triangles' corners; shape (m, 3, 3).
 
         They follow MikkTSpace (Mikkelsen, *Simulation of Wrinkled Surfaces Revisited*, 2008): directions of
         growing u, made orthogonal to the normal, and averaged with the projected angle as weight over the
@@ -110,7 +110,7 @@ class Charted:
 
     @cached_property
     def _normals(self) -> Real:
-        """(m, 3, 3) unit normals of the corners."""
+        """Unit normals of the corners; shape (m, 3, 3)."""
         if self.normals is not None and self.normal_faces is not None:
             return unit_vectors(self.normals[self.normal_faces])
         corners = self.points[self.faces]
@@ -121,7 +121,7 @@ class Charted:
 
     @cached_property
     def _groups(self) -> Index:
-        """(m, 3) number of the group of corners that share a tangent."""
+        """Number of the group of corners that share a tangent; shape (m, 3)."""
         places, texture_places = _same(self.points)[self.faces], _same(self.uv)[self.uv_faces]
         normals = places
         if self.normals is not None and self.normal_faces is not None:

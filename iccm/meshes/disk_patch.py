@@ -121,7 +121,7 @@ class Joined:
 
     @cached_property
     def areas(self) -> Real:
-        """(k,) areas of the connected pieces."""
+        """Areas of the connected pieces; shape (k,)."""
         label = self.shape.components()
         area = face_areas(self.mesh.points[self.vertex[self.shape.faces]])
         # Bincount returns integers if there are no triangles.
@@ -129,7 +129,7 @@ class Joined:
 
     @cached_property
     def order(self) -> Index:
-        """(k,) the pieces, largest first."""
+        """The pieces, largest first; shape (k,)."""
         return np.argsort(-self.areas, kind="stable")
 
     @cached_property

@@ -64,7 +64,7 @@ class Flattening:
 
     @cached_property
     def stretch(self) -> tuple[Real, Real]:
-        """(m,) larger and smaller singular value of the map from each triangle to the plane.
+        """Larger and smaller singular value of the map from each triangle to the plane; shape (m,).
 
         The smaller one is negative if the triangle is flipped.
         """
@@ -78,7 +78,7 @@ class Flattening:
 
     @property
     def dilatation(self) -> Real:
-        """(m,) s₁/s₂ of each triangle's singular values; infinite if it is flipped."""
+        """Dilatation of each triangle, s₁/s₂ of its singular values; infinite if it is flipped; shape (m,)."""
         major, minor = self.stretch
         return np.where(minor > 0, major / np.where(minor > 0, minor, 1.0), np.inf)
 
@@ -88,7 +88,7 @@ class Flattening:
 
     @property
     def strain(self) -> Real:
-        """(m,) max(s₁, 1/s₂) of each triangle's singular values."""
+        """The larger of stretch and shrinkage of each triangle, max(s₁, 1/s₂) of its singular values; shape (m,)."""
         major, minor = self.stretch
         return np.maximum(major, 1 / np.maximum(minor, 1e-300))
 

@@ -72,7 +72,7 @@ class Mesh:
 
     @property
     def sizes(self) -> Index:
-        """(f,) number of corners of each face."""
+        """Number of corners of each face; shape (f,)."""
         return np.diff(self.starts)
 
     def face_name(self, face: int) -> str:

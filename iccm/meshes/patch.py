@@ -60,7 +60,7 @@ class Patch:
 
     @property
     def faces(self) -> Index:
-        """(m, 3) vertices of the triangles."""
+        """Vertices of the triangles; shape (m, 3)."""
         return self.triangles.faces
 
     @cached_property
@@ -86,7 +86,7 @@ class Patch:
 
     @cached_property
     def areas(self) -> Real:
-        """(m,) areas of the triangles."""
+        """Areas of the triangles; shape (m,)."""
         return face_areas(self.points[self.faces])
 
     @cached_property
@@ -136,7 +136,7 @@ class Patch:
 
     @property
     def polygon(self) -> Index:
-        """(m,) the face of the mesh to which each triangle belongs."""
+        """The face of the mesh to which each triangle belongs; shape (m,)."""
         return np.searchsorted(self.mesh.starts, self.corner[:, 0], side="right") - 1
 
     @property

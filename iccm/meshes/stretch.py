@@ -26,7 +26,7 @@ class Linear(NamedTuple):
 
     @property
     def determinant(self) -> Real:
-        """(m,) ratio of areas."""
+        """Ratio of areas; shape (m,)."""
         return np.abs(self.a) ** 2 - np.abs(self.b) ** 2
 
     def inverse(self) -> "Linear":

@@ -103,7 +103,7 @@ class EnergyTerm:
 
     @property
     def scale(self) -> Real:
-        """(r,) factors of the rows in the least squares system: square roots of weight · measure."""
+        """Factors of the rows in the least squares system: square roots of weight · measure; shape (r,)."""
         return np.sqrt(self.weight * self.measure)
 
     def energy(self, x: Complex, target: Target) -> float:

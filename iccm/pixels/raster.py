@@ -198,7 +198,7 @@ class Components:
 
     @property
     def extents(self) -> Index:
-        """(p, 2) height and width of each component's bounding box."""
+        """Height and width of each component's bounding box; shape (p, 2)."""
         return self.boxes[:, 2:] - self.boxes[:, :2]
 
     def where(self, is_chosen: Flags) -> NDArray[np.bool_]:

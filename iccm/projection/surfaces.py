@@ -50,7 +50,7 @@ class SheetSurface(Protocol):
 
     @property
     def extremes(self) -> Real:
-        """(n, 3) points whose images enclose the image of the surface."""
+        """Points whose images enclose the image of the surface; shape (n, 3)."""
 
 
 @dataclass(frozen=True)

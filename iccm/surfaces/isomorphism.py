@@ -48,12 +48,12 @@ class Polygons:
 
     @cached_property
     def places(self) -> Index:
-        """(c,) number of each corner's position; equal positions have equal numbers."""
+        """Number of each corner's position; equal positions have equal numbers; shape (c,)."""
         return distinct_rows(self.points)[1][self.corners]
 
     @cached_property
     def following(self) -> Index:
-        """(c,) the next corner in the same polygon."""
+        """The next corner in the same polygon; shape (c,)."""
         next_corners = np.arange(1, self.corners.size + 1)
         next_corners[self.starts[1:] - 1] = self.starts[:-1]
         return next_corners
@@ -72,14 +72,14 @@ class Polygons:
 
     @cached_property
     def component(self) -> Index:
-        """(c,) the connected component of each corner."""
+        """The connected component of each corner; shape (c,)."""
         every = np.arange(self.corners.size)
         sides = np.concatenate([self.following, self.twin])
         return labels(np.concatenate([every, every]), sides, every.size)
 
     @cached_property
     def surroundings(self) -> NDArray[np.uint64]:
-        """(c,) hash of each half-edge's neighbourhood; equal connectivity has equal hashes."""
+        """Hash of each half-edge's neighbourhood; equal connectivity has equal hashes; shape (c,)."""
         hashes = np.bincount(self.places)[self.places].astype(np.uint64)
         hashes += np.repeat(np.diff(self.starts), np.diff(self.starts)).astype(np.uint64) << np.uint64(32)
         for _ in range(SURROUNDING_STEPS):

@@ -135,7 +135,7 @@ class Relaid:
 
     @cached_property
     def owner(self) -> Index:
-        """(m,) the material of each triangle in the output file.
+        """The material of each triangle in the output file; shape (m,).
 
         In glTF, the new mesh's materials are split by the kinds of old materials that they show. In OBJ they are kept,
         since transparency is a separate picture there.

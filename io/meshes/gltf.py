@@ -111,7 +111,7 @@ class Gltf:
 
     @cached_property
     def nodes(self) -> dict[int, Real]:
-        """(4, 4) world transform of each node of the scene, by its index, in the order of the scene.
+        """World transform of each node of the scene, by its index, in the order of the scene; shape (4, 4).
 
         Raises:
             ValueError: composed transforms have numbers that are not finite, or too large.
@@ -177,7 +177,7 @@ class Primitive:
 
     @property
     def faces(self) -> Index:
-        """(m, 3) vertices of its triangles."""
+        """Vertices of its triangles; shape (m, 3)."""
         if "indices" in self.tree:
             flat = self.document.values(self.tree["indices"]).ravel().astype(np.int64)
         else:
@@ -217,12 +217,12 @@ class Primitive:
 
     @property
     def points(self) -> Real:
-        """(n, 3) its vertices in scene coordinates."""
+        """Its vertices in scene coordinates; shape (n, 3)."""
         return self._turned(self.placed, "POSITION") + self.placed[..., :3, 3]
 
     @property
     def normals(self) -> Real | None:
-        """(n, 3) unit normals of its vertices in scene coordinates, or None."""
+        """Unit normals of its vertices in scene coordinates, or None; shape (n, 3)."""
         return (
             unit_vectors(self._turned(_cofactors(self.placed), "NORMAL"))
             if "NORMAL" in self.attributes
@@ -231,7 +231,7 @@ class Primitive:
 
     @property
     def tangents(self) -> Real | None:
-        """(n, 4) tangents of its vertices in scene coordinates with the sign of the bitangents, or None."""
+        """Tangents of its vertices in scene coordinates with the sign of the bitangents, or None; shape (n, 4)."""
         if "TANGENT" not in self.attributes:
             return None
         side = self.document.floats(self.attributes["TANGENT"])[:, 3]

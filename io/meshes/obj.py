@@ -58,7 +58,7 @@ class Obj(Elements):
 
     @cached_property
     def vertex_colours(self) -> Real | None:
-        """(n, 3) colors of the vertices from 0 to 1, sRGB as programs write them after positions.
+        """Colors of the vertices from 0 to 1, sRGB as programs write them after positions; shape (n, 3).
 
         None unless every vertex has one. Numbers up to 255 are accepted, which some scanners write.
         """
@@ -106,7 +106,7 @@ class Obj(Elements):
 
     @cached_property
     def _unit_normals(self) -> Real:
-        """(k, 3) unit normals; NaN for zero vectors."""
+        """Unit normals; NaN for zero vectors; shape (k, 3)."""
         size = np.linalg.norm(self.vn, axis=1, keepdims=True)
         with np.errstate(invalid="ignore", divide="ignore"):
             return self.vn / size

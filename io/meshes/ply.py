@@ -103,7 +103,7 @@ class Ply:
 
     @cached_property
     def polygons(self) -> tuple[Index, Index]:
-        """(c,) vertices of all faces' corners, and (f + 1,) where each face begins; strips become triangles."""
+        """Vertices of all faces' corners, and (f + 1,) where each face begins; strips become triangles; shape (c,)."""
         for name in ("face", "faces"):
             if name in self.tables and len(self.tables[name].starts) > 1:
                 list_name = next(p for p in INDICES if p in self.tables[name])
@@ -133,7 +133,7 @@ class Ply:
 
     @property
     def vertex_colours(self) -> Real | None:
-        """(n, 3) colors of the vertices from 0 to 1, sRGB as programs store them; None if they have none."""
+        """Colors of the vertices from 0 to 1, sRGB as programs store them; None if they have none; shape (n, 3)."""
         table = self.tables["vertex"]
         if self.named(COLOURS) is None:
             return None

@@ -44,7 +44,7 @@ class Split:
 
     @property
     def copies(self) -> Index:
-        """(k,) the file's vertices behind the added copies."""
+        """The file's vertices behind the added copies; shape (k,)."""
         return self.order[self.count :]
 
     def values(self, new: Real, old: Real) -> Real:

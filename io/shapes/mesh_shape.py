@@ -262,7 +262,7 @@ class MeshShape(Shape):
 
     @property
     def uv(self) -> Real:
-        """(t, 2) the file's texture coordinates, v up.
+        """The file's texture coordinates, v up; shape (t, 2).
 
         Raises:
             InputError: it has none.
@@ -273,7 +273,7 @@ class MeshShape(Shape):
 
     @property
     def uv_faces(self) -> Index:
-        """(m, 3) index of the texture coordinate at each triangle's corner, in the file's layout.
+        """Index of the texture coordinate at each triangle's corner, in the file's layout; shape (m, 3).
 
         Raises:
             InputError: texture coordinates are missing, not finite or too large.

@@ -42,7 +42,7 @@ class DrawnStroke:
 
     @property
     def feet(self) -> Complex:
-        """(k, 2) ends on the outlines, in the source and in the target."""
+        """Ends on the outlines, in the source and in the target; shape (k, 2)."""
         return np.array([[c.z[-e] for c in self.curves] for e in (0, 1) if self.on_outline[e]]).reshape(-1, 2)
 
 

@@ -101,13 +101,13 @@ class SoftPins:
 
     @property
     def pairs(self) -> Complex:
-        """(k, 2) points of the domain of the map, and their places."""
+        """Points of the domain of the map, and their places; shape (k, 2)."""
         pairs = np.column_stack([self.source, self.target])
         return np.ascontiguousarray(pairs[:, ::-1]) if self.inverted else pairs
 
     @property
     def core_radii(self) -> Real:
-        """(k,) radii of the cores of the patches."""
+        """Radii of the cores of the patches; shape (k,)."""
         return np.minimum(CORE_SHARE * self.radii, LARGEST_CORE_RADIUS)
 
     def misses(self, z: Complex, u: Complex, faces: Index) -> Real:

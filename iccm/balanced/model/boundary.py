@@ -161,7 +161,7 @@ class MatchedBoundary:
 
     @property
     def following(self) -> Index:
-        """(b,) the next vertex on the same outline."""
+        """The next vertex on the same outline; shape (b,)."""
         return closed_links([vertices.stop - vertices.start for vertices in self.slices])
 
     @property
@@ -278,7 +278,7 @@ class FreeBoundary:
 
     @property
     def following(self) -> Index:
-        """(b,) each vertex itself: edges of the outlines have no stiffness."""
+        """Each vertex itself: edges of the outlines have no stiffness; shape (b,)."""
         return np.arange(self.size)
 
     def area_share(self, forward: bool) -> float:

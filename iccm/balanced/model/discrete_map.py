@@ -130,7 +130,7 @@ class DiscreteMap(MeshMap):
 
     @property
     def following(self) -> Index:
-        """(c,) the next vertex on the same loop, stroke or outline of a filled hole, or the vertex itself.
+        """The next vertex on the same loop, stroke or outline of a filled hole, or the vertex itself; shape (c,).
 
         It covers the first c vertices, those of the boundary, of constraints and of filled holes.
         """
@@ -167,12 +167,12 @@ class DiscreteMap(MeshMap):
 
     @property
     def aimed(self) -> Index:
-        """(k,) the vertices that have goals, on the boundary and inside."""
+        """The vertices that have goals, on the boundary and inside; shape (k,)."""
         return np.append(self.boundary.pinned, self.border + np.arange(self.inside.z.size))
 
     @property
     def goals(self) -> Complex:
-        """(k,) their goal positions."""
+        """Their goal positions; shape (k,)."""
         return np.append(self.boundary.goals, self.inside.goals)
 
     def with_goals(self, goals: Complex) -> "DiscreteMap":
@@ -193,12 +193,12 @@ class DiscreteMap(MeshMap):
 
     @property
     def form(self) -> Complex:
-        """(n,) the positions whose shape rigid regions preserve."""
+        """The positions whose shape rigid regions preserve; shape (n,)."""
         return self.z if self.flat is None else self.flat
 
     @property
     def rigid_vertices(self) -> Index:
-        """(k,) the vertices of rigid regions with aims."""
+        """The vertices of rigid regions with aims; shape (k,)."""
         if self.rigid is None or not self.aims.size:
             return np.empty(0, np.int64)
         return np.unique(self.faces[self.rigid >= 0])

@@ -93,12 +93,12 @@ class InnerConstraints(NamedTuple):
 
     @property
     def following(self) -> Index:
-        """(k,) the next vertex on the same stroke, or the vertex itself if there is none."""
+        """The next vertex on the same stroke, or the vertex itself if there is none; shape (k,)."""
         return np.where(self.links >= 0, self.links, np.arange(self.links.size))
 
     @property
     def lines(self) -> Index:
-        """(l, 2) vertex pairs of the strokes' edges."""
+        """Vertex pairs of the strokes' edges; shape (l, 2)."""
         first = np.flatnonzero(self.links >= 0)
         return np.column_stack([first, self.links[first]])
 

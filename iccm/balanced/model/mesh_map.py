@@ -106,7 +106,7 @@ class MeshMap:
 
     @property
     def lines(self) -> Index:
-        """(l, 2) vertex pairs of the edges of strokes, if these are in force."""
+        """Vertex pairs of the edges of strokes, if these are in force; shape (l, 2)."""
         if not self.bound:
             return NO_LINES
         return self.inside.lines_with(self.z[: self.border])

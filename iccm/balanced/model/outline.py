@@ -72,7 +72,7 @@ class Outline:
 
     @property
     def shares(self) -> Real:
-        """(n,) positions of the vertices as shares of the original curve's length, from 0 to 1."""
+        """Positions of the vertices as shares of the original curve's length, from 0 to 1; shape (n,)."""
         return np.mod(self.origins[:-1] / self._lap, 1)
 
     def at_shares(self, shares: Real) -> Real:

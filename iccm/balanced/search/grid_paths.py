@@ -49,7 +49,7 @@ def route(domain: Curve, begin: complex, goal: complex, obstacles: Complex) -> C
 
 
 def _graph(cost: np.ndarray, inside: np.ndarray) -> "csr_array":
-    """Sparse graph of the cells inside; edges between neighbours weigh the mean of their costs times the distance."""
+    """Return a sparse graph of the cells inside; an edge weighs the mean cost of its two cells times their distance."""
     from scipy.sparse import csr_array
 
     rows, columns = cost.shape

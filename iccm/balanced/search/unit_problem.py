@@ -97,7 +97,7 @@ class UnitProblem(NamedTuple):
 
     @property
     def outline_pins(self) -> Complex:
-        """(l, 2) the vertices of both outlines that must correspond."""
+        """The vertices of both outlines that must correspond; shape (l, 2)."""
         return np.array(self.anchors, np.complex128).T.reshape(-1, 2)
 
     @property
@@ -112,7 +112,7 @@ class UnitProblem(NamedTuple):
 
     @property
     def all_pins(self) -> Complex:
-        """(k, 2) pins inside and on the outlines, and points of strokes."""
+        """Pins inside and on the outlines, and points of strokes; shape (k, 2)."""
         shares = np.arange(STROKE_SAMPLES) / (STROKE_SAMPLES - 1)
         stroke_pairs = [
             np.column_stack(

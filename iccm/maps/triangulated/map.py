@@ -64,17 +64,17 @@ class TriangulatedMap:
 
     @cached_property
     def bulges(self) -> Complex:
-        """(e,) the bulge of each edge."""
+        """The bulge of each edge; shape (e,)."""
         return bulges(self.faces, self.image, self.source, self.edges) if self.bulge is None else self.bulge
 
     @cached_property
     def corners(self) -> Complex:
-        """(m, 3) the triangles' corners in the image."""
+        """The triangles' corners in the image; shape (m, 3)."""
         return self.image[self.faces]
 
     @cached_property
     def patches(self) -> Complex:
-        """(m, 6) source points of each triangle's corners, then the bulges of the sides opposite to them."""
+        """Source points of each triangle's corners, then the bulges of the sides opposite to them; shape (m, 6)."""
         parts = [self.source[self.faces], self.bulges[self.edges.sides]]
         return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
