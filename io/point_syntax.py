@@ -170,5 +170,5 @@ def coordinate(text: str, where: str) -> float:
     except ValueError:
         number = math.nan
     if not abs(number) <= limits.COORDINATE:
-        raise InputError(f"{where}: {text.strip()[:40]!r} is not a coordinate")
+        raise InputError(f"{where}: {text.strip()[:40]!r} is not a coordinate; write a number, such as 12.5")
     return number

@@ -455,7 +455,8 @@ def soft_pin_notes(map: TriangulatedMap, pins: Complex) -> list[str]:
         return []
     return [
         f"Soft pins miss their places by up to {largest:.2%} of the target's diagonal: give them a smaller tolerance "
-        "to come closer, or meet their places exactly, which bends the picture there (exact_pins)."
+        "to come closer (10,20:30,40,tolerance=2), or meet their places exactly, which bends the picture there "
+        "(exact_pins)."
     ]
 
 

@@ -212,12 +212,12 @@ def _within(copy: Curve, outer: shapely.Geometry) -> Curve:
     outside = 1 - sum(piece.area for piece in pieces) / region.area
     if outside > MOST_CUT_SHARE:
         raise InputError(
-            f"place: with these pins {outside:.0%} of the copy lies outside the target; move the pins, or "
+            f"place: with these pins {outside:.0%} of the picture lies outside the target; move the pins, or "
             "use place fill"
         )
     if len(pieces) != 1:
         raise InputError(
-            "place: with these pins the other drawing cuts the copy into pieces; move the pins, or use place fill"
+            "place: with these pins the target cuts the picture into pieces; move the pins, or use place fill"
         )
     return Curve.domain(complex_of(shapely.get_coordinates(pieces[0].exterior)[:-1]))
 

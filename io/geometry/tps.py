@@ -82,7 +82,9 @@ def _place(line: str, number: int) -> complex:
     if [word.upper() for word in words] == ["NA", "NA"]:
         return NOWHERE
     if len(words) != 2:
-        raise InputError(f"line {number}: {line.strip()[:40]!r} is not a position x y")
+        raise InputError(
+            f"line {number}: {line.strip()[:40]!r} is not a position; write its x and y, such as 12.5 40"
+        )
     x, y = (coordinate(word, f"line {number}") for word in words)
     return complex(x, y)
 

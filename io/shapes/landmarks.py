@@ -212,7 +212,9 @@ def _specimens(text: str) -> list[list[Point | None]]:
             remaining = int(count)
         elif remaining and words:
             if len(words) != 2:
-                raise InputError(f"line {line}: {row.strip()[:40]!r} is not a landmark x y")
+                raise InputError(
+                    f"line {line}: {row.strip()[:40]!r} is not a landmark; write its x and y, such as 12.5 40"
+                )
             if [word.upper() for word in words] == ["NA", "NA"]:
                 specimens[-1].append(None)
             else:
