@@ -18,9 +18,11 @@ namespace {
 
 // The sum of a triangle's squared sides over twice its area; infinite where it is not counter-clockwise.
 double roughness(const Complex *z, Index a, Index b, Index c) {
-    Complex u = z[b] - z[a], v = z[c] - z[a], w = v - u;
-    double area = cross(u, v);
-    return area > 0 ? (dot(u, u) + dot(v, v) + dot(w, w)) / area : INFINITY;
+    return of_triangle(a, b, c, [&](Index first, Index second, Index third) {
+        Complex u = z[second] - z[first], v = z[third] - z[first], w = v - u;
+        double area = cross(u, v);
+        return area > 0 ? (dot(u, u) + dot(v, v) + dot(w, w)) / area : INFINITY;
+    });
 }
 
 // Flip edges, starting with the triangles on the stack, until no flip makes the triangulation less rough.

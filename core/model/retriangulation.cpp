@@ -17,7 +17,7 @@ struct Weights {
 };
 
 // The energy of a triangle; infinite if it or its image is flipped or has almost no area.
-double energy(const Complex *z, const Complex *u, Index a, Index b, Index c, Weights weights) {
+double energy_of_corners(const Complex *z, const Complex *u, Index a, Index b, Index c, Weights weights) {
     double area = twice_area(z, a, b, c), image = twice_area(u, a, b, c);
     if (area <= MIN_FLIPPED_AREA || image <= MIN_FLIPPED_AREA) return INFINITY;
     // |f_z|² + |f_z̄|² is half the sum of the squared singular values of the affine map
@@ -25,7 +25,14 @@ double energy(const Complex *z, const Complex *u, Index a, Index b, Index c, Wei
     double d = image / area;
     double e = dot(ab, ab), f = dot(ab, ac), g = dot(ac, ac);
     double p = (g * dot(first, first) - 2 * f * dot(first, second) + e * dot(second, second)) / (2 * area * area);
-    return 0.5 * area * density(p, d, weights.theta, weights.q, weights.share);
+    // p is at least d, but for rounding in thin triangles: with less, energies could be negative
+    return 0.5 * area * density(fmax(p, d), d, weights.theta, weights.q, weights.share);
+}
+
+double energy(const Complex *z, const Complex *u, Index a, Index b, Index c, Weights weights) {
+    return of_triangle(a, b, c, [&](Index first, Index second, Index third) {
+        return energy_of_corners(z, u, first, second, third, weights);
+    });
 }
 
 }  // namespace

@@ -35,6 +35,17 @@ inline void relink(Triangles mesh, Index t, Index old, Index replacement) {
         }
 }
 
+// Call a function of a triangle's corners with the lowest number first, in the same orientation.
+//
+// Rounding may give thin triangles another value for each order of their corners, and flips that compare such values can
+// alternate forever.
+template <typename Function>
+inline double of_triangle(Index a, Index b, Index c, Function function) {
+    if (b < a && b < c) return function(b, c, a);
+    if (c < a && c < b) return function(c, a, b);
+    return function(a, b, c);
+}
+
 // The corner that is neither vertex b nor vertex c: of a triangle given by its corners, and of triangle t of a mesh.
 inline int opposite(const Index *corners, Index b, Index c) {
     for (int k = 0; k < 3; k++)
@@ -81,8 +92,8 @@ struct Quadrilateral {
 // Flip edges, starting with the triangles on the stack, while `improves` prefers the diagonal ad of a quadrilateral to
 // bc. Empties the stack, unless that takes more than `most` visits. Returns the number of flips.
 //
-// The flips are finite in number if `improves` compares sums over triangles with a margin for rounding, since the sum
-// then decreases with every flip.
+// The flips are finite in number if `improves` compares sums of values that each triangle has in whatever order its
+// corners are given (`of_triangle`), with a margin for rounding, since the sum then decreases with every flip.
 template <typename Improves>
 Index flip_edges(Triangles mesh, Stack stack, Improves improves, Index most = INT64_MAX) {
     Index flips = 0;

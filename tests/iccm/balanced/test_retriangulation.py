@@ -1,5 +1,7 @@
 """Edge flips in a map's triangulation that decrease its energy."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -108,3 +110,25 @@ def test_edges_of_strokes_stay():
 
 def is_edge(faces, ends) -> bool:
     return bool((np.isin(faces, ends).sum(axis=1) == 2).any())
+
+
+NEEDLES = """
+import numpy as np
+from iccm.balanced.model.retriangulation import _flip_to_lower_energy as flip
+
+rng = np.random.default_rng(1)
+for _ in range(100_000):
+    x, height = np.sort(rng.uniform(0, 1, 2)), 10 ** rng.uniform(-13.5, -10)
+    upward = height * rng.uniform(0.1, 1, 4) * [0, -1j, 1j, 0]
+    z = (np.array([0, x[0], x[1], 1]) + upward) * np.exp(1j * rng.uniform(0, np.pi)) + complex(*rng.uniform(0, 1, 2))
+    u = np.array([0, *rng.uniform(0.2, 0.8, 2), 1]) + height * rng.uniform(0.1, 1, 4) * [0, -1j, 1j, 0]
+    faces, across = np.array([[0, 1, 2], [3, 2, 1]]), np.array([[1, -1, -1], [0, -1, -1]])
+    stack, links = np.array([2, 0, 1] + 13 * [0]), np.array([], np.int64)
+    flip(z, u, faces, across, stack, stack.size, np.zeros(2, bool), 0, links, 0, 1.0, 1.0, 0.5)
+    assert sorted(faces.ravel()) in ([0, 1, 1, 2, 2, 3], [0, 0, 1, 2, 3, 3])
+"""
+
+
+def test_flips_of_needles_end():
+    """Rounding gives needles another energy for each order of their corners; compiled code cannot be interrupted."""
+    subprocess.run([sys.executable, "-c", NEEDLES], check=True, timeout=100)
