@@ -92,6 +92,7 @@ def add_specimens(files):
     (files / "wings.tps").write_text(tps(wings, ".jpg"))
 
 
+@pytest.mark.timeout(600)  # some have ten examples
 @pytest.mark.parametrize(
     "command",
     [

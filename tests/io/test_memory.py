@@ -100,7 +100,7 @@ def test_invalid_sizes_are_refused(text):
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads /proc")
 @pytest.mark.parametrize("source", ["a.svg", "a.obj"])
 def test_a_run_stays_within_its_bound(tmp_path, source):
-    """4096² in and out: 575 MiB and more without a limit."""
+    """4096² in and out: about 600 MiB without a limit, of which the texture and its reductions are 100."""
     from iccm.io.pictures import image_files
 
     strip = np.random.default_rng(0).integers(0, 256, (256, 4096, 4), dtype=np.uint8)
@@ -137,5 +137,5 @@ def test_a_run_stays_within_its_bound(tmp_path, source):
         peaks.append(int(result.stdout) / 1024)
         outputs.append((tmp_path / "o.tif").read_bytes())
     assert outputs[0] == outputs[1]
-    assert peaks[1] < 560 < peaks[0]
+    assert peaks[1] < min(560, peaks[0] - 100)
     assert {path.name for path in tmp_path.iterdir()} == {"a.svg", "a.obj", "b.svg", "t.tif", "o.tif"}
