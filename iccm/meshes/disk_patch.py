@@ -1,11 +1,11 @@
 """Convert a mesh to one patch that can be flattened: join, split, orient and open it, or reject it with a reason."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ..arrays import Index, Real, distinct_rows
+from ..arrays import Flags, Index, Real, distinct_rows
 from ..errors import InputError
 from ..sorting import grouped
 from .cut import cut_through, open_to_disk
@@ -28,6 +28,8 @@ class Joined:
         corner: (m, 3) corner of the mesh for each triangle's corner.
         vertex: (n,) vertex of the mesh for each of theirs.
         notes: messages about repairs.
+        hidden: triangles that `shape` leaves out, but that are seen from another side: backs of sheets, and walls
+            between cells.
     """
 
     mesh: Mesh
@@ -35,6 +37,7 @@ class Joined:
     corner: Index
     vertex: Index
     notes: tuple[str, ...] = ()
+    hidden: "Joined | None" = None
 
     @classmethod
     def of(cls, mesh: Mesh) -> "Joined":
@@ -79,7 +82,7 @@ class Joined:
         """Keep one of several triangles with the same three vertices, if edges have more than two.
 
         Of a two-sided surface one side is kept. Triangles between two cells of a solid are removed if its
-        surface is closed without them.
+        surface is closed without them. Removed triangles that are not copies of one that stays are `hidden`.
         """
         if not self.shape.crowded_edges:
             return self
@@ -93,9 +96,19 @@ class Joined:
         else:
             single, reason = np.sort(first), "with the corners of another"
         note = f"ignored {times.size - single.size} triangles {reason}"
-        used, faces = np.unique(self.shape.faces[single], return_inverse=True)
+        # one for each set of corners and each side
+        seen = distinct_rows(np.column_stack([group, _is_odd(self.shape.faces)]))[0]
+        others = np.setdiff1d(seen, single)
+        hidden = self._of_triangles(others, ())._single()._mended() if others.size else None
+        return self._of_triangles(single, (*self.notes, note), hidden)
+
+    def _of_triangles(
+        self, triangles: Index, notes: tuple[str, ...], hidden: "Joined | None" = None
+    ) -> "Joined":
+        """Return some of the triangles, with the vertices that they use."""
+        used, faces = np.unique(self.shape.faces[triangles], return_inverse=True)
         shape = Triangles(faces.reshape(-1, 3), used.size)
-        return Joined(self.mesh, shape, self.corner[single], self.vertex[used], (*self.notes, note))
+        return Joined(self.mesh, shape, self.corner[triangles], self.vertex[used], notes, hidden)
 
     def _mended(self) -> "Joined":
         """Cut edges with more than two faces, such that as much as possible stays one surface."""
@@ -103,7 +116,7 @@ class Joined:
         if not count:
             return self
         note = f"cut along {count} edge{'s' if count > 1 else ''} with more than two faces"
-        return Joined(self.mesh, shape, self.corner, self.vertex[old], (*self.notes, note))
+        return replace(self, shape=shape, vertex=self.vertex[old], notes=(*self.notes, note))
 
     def _welded(self) -> "Joined":
         """Join coinciding vertices, if that makes fewer pieces."""
@@ -147,6 +160,12 @@ class Joined:
     def sizes(self) -> list[int]:
         """Numbers of triangles of the pieces, largest area first."""
         return np.bincount(self.shape.components())[self.order].tolist()
+
+
+def _is_odd(faces: Index) -> Flags:
+    """Return (m,) whether the corners of triangles (m, 3) are an odd permutation of their sorted order."""
+    a, b, c = faces.T
+    return (a > b) ^ (b > c) ^ (a > c)
 
 
 def _places(points: Real) -> tuple[Index, Index]:

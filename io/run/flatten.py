@@ -193,6 +193,7 @@ def lay_out(
                 charts=charts,
                 max_distortion=max_distortion,
                 seams=seams,
+                backs=True,
             )
         if whole is None and seams:
             raise InputError(

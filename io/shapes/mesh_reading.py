@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -139,6 +140,7 @@ def read_whole(
     charts: Charts = "one",
     max_distortion: float | None = None,
     seams: str | None = None,
+    backs: bool = False,
 ) -> MeshShape | None:
     """Return all pieces of a mesh, flattened and packed at one scale; None if a piece or a chart is selected.
 
@@ -155,6 +157,7 @@ def read_whole(
         single: whether to return a mesh of one piece, too; otherwise None.
         charts, max_distortion: see `segmentation.charts_of`.
         seams: file of seams, see `marked_seams.with_seams`.
+        backs: whether the backs of two-sided sheets get their own charts; otherwise they show what the fronts show.
 
     Raises:
         InputError: no piece can be flattened, or one is closed and may not be cut.
@@ -168,7 +171,7 @@ def read_whole(
     pieces, firsts, faults = list[Patch](), list[int](), list[str]()
     first = 0
     for file in files:
-        sound, further_faults = _sound_pieces(file)
+        sound, further_faults = _sound_pieces(file, backs)
         pieces += sound
         firsts += [first] * len(sound)
         faults += further_faults
@@ -201,8 +204,10 @@ def read_whole(
     return _lay_out(spec, file, flat, Curve(flat.flat[flat.loop]), box, notes, packed=True, also=also)
 
 
-def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
+def _sound_pieces(file: MeshFile, backs: bool) -> tuple[list[Patch], list[str]]:
     """Return the pieces of a mesh that can be flattened, not yet cut, and the reasons why others cannot.
+
+    With `backs`, the triangles of `Joined.hidden` are further pieces.
 
     Raises:
         InputError: an invalid element.
@@ -216,6 +221,11 @@ def _sound_pieces(file: MeshFile) -> tuple[list[Patch], list[str]]:
             faults.append(
                 f"#{_part_name(file, 'piece', number)}: {str(error).removeprefix(f'{file.mesh.name}: ')}"
             )
+    while backs and connected.hidden is not None:
+        connected = connected.hidden
+        for number in range(1, np.count_nonzero(connected.areas) + 1):
+            with suppress(InputError):  # it then shows what the front shows
+                pieces.append(sound_piece(connected, number))
     return pieces, faults
 
 
@@ -389,7 +399,7 @@ def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
     """Return corners of faces that are not in a patch, and its vertices at the same positions.
 
     These faces have no area, or the same corners as another face. Vertices are those of a single face if one has all
-    corners.
+    corners, best in the same order.
     """
     in_patch = np.zeros(mesh.sizes.size, bool)
     in_patch[patch.polygon] = True
@@ -406,15 +416,22 @@ def _at_same_places(mesh: Mesh, patch: Patch) -> tuple[Index, Index]:
     if not corners:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
     of_faces = {
-        tuple(sorted(key)): dict(zip(key, vertices))
+        _from_least(key): dict(zip(key, vertices))
         for key, vertices in zip(place[patch.vertex[patch.faces]].tolist(), patch.faces.tolist())
     }
     vertices = list[int]()
     for face_corners in corners:
         corner_places = place[mesh.corners[face_corners]].tolist()
-        vertices_at_places = of_faces.get(tuple(sorted(corner_places)), {})
+        copy, back = _from_least(corner_places), _from_least(corner_places[::-1])
+        vertices_at_places = of_faces.get(copy) or of_faces.get(back, {})
         vertices += [vertices_at_places.get(key, int(vertex_at[key])) for key in corner_places]
     return np.concatenate(corners), np.array(vertices)
+
+
+def _from_least(ring: list[int]) -> tuple[int, ...]:
+    """Return the same ring from its least number on: equal for faces with the same corners, wound in the same way."""
+    first = ring.index(min(ring))
+    return (*ring[first:], *ring[:first])
 
 
 def _holes(file: MeshFile, flat: Flattening) -> dict[str, Any]:

@@ -1,9 +1,11 @@
 """All pieces of a mesh: flattened and packed side by side, and mapped as one."""
 
 import json
+from itertools import combinations
 
 import numpy as np
 import pytest
+import shapely
 import trimesh
 
 from iccm import deadline
@@ -137,6 +139,25 @@ def test_faces_of_both_sides_and_without_area_get_coordinates_too(shapes, iccm):
     mesh = mesh_files.read("o.obj").mesh
     uv = mesh.uv[mesh.uv_corners]
     assert uv[18:36].reshape(6, 3, 2)[:, ::-1] == pytest.approx(uv[:18].reshape(6, 3, 2))
+
+
+def test_backs_of_a_sheet_have_their_own_places(shapes, iccm):
+    """A bent sheet whose back is partly there, and a face that is written twice: that shares one place."""
+    points = ["0 0 0", "2 0 0", "2 1 0", "0 1.5 0", "2 0.2 1", "2 1.1 1"]
+    fronts = ["1 2 3", "1 3 4", "2 5 6", "2 6 3"]
+    rows = [
+        *(f"v {point}" for point in points),
+        *(f"f {face}" for face in [*fronts, "3 2 1", "4 3 1", "1 2 3"]),
+    ]
+    (shapes / "flag.obj").write_text("\n".join(rows) + "\n")
+    flat = iccm("flatten", "flag.obj", "--uv", "flat.obj")
+    assert flat.code == 0, flat.err
+    written = mesh_files.read("flat.obj").mesh
+    faces = [shapely.Polygon(written.uv[corners]) for corners in written.uv_corners.reshape(-1, 3)]
+    assert faces[6].equals(faces[0])
+    assert all(face.exterior.is_ccw for face in faces)
+    shared = [a.intersection(b).area for a, b in combinations(faces[:6], 2)]
+    assert max(shared) < 1e-9
 
 
 def holey(path):
