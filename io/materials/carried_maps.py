@@ -88,7 +88,13 @@ class CarriedMaps:
         return [str(Path(name).with_suffix(".mtl")), *sorted(pictures)] if pictures else []
 
     def carry(
-        self, file: MeshFile, new: NewCoordinates, *, retextured: bool = False, threads: int | None = None
+        self,
+        file: MeshFile,
+        new: NewCoordinates,
+        *,
+        retextured: bool = False,
+        padding: int | None = None,
+        threads: int | None = None,
     ) -> CarriedPictures:
         """Bake the pictures of materials for new coordinates as PNG files; normals are rotated.
 
@@ -96,6 +102,7 @@ class CarriedMaps:
             file: the mesh, possibly with triangles subdivided since it was read.
             new: its new coordinates.
             retextured: whether a new texture replaces the colours.
+            padding: texels by which colours extend beyond charts; see `BakeSettings`.
             threads: number of threads; it does not affect the result.
 
         Raises:
@@ -108,9 +115,8 @@ class CarriedMaps:
         for k, material in enumerate(material_set.materials):
             triangles = np.flatnonzero(material_set.owner == k)
             corners = triangles, np.tile(np.arange(3), (triangles.size, 1))
-            baker = MaterialBaker(
-                material_set, part(sheet, triangles), corners, BakeSettings(threads=threads)
-            )
+            settings = BakeSettings(padding=padding, threads=threads)
+            baker = MaterialBaker(material_set, part(sheet, triangles), corners, settings)
             slots = [
                 slot
                 for slot in material.maps

@@ -48,6 +48,11 @@ def _has_raster(run: Run, outputs: Outputs) -> bool:
     )
 
 
+def _pads(run: Run, outputs: Outputs) -> bool:
+    """Whether an output has a picture whose colours can be extended, be it in a mesh."""
+    return _has_raster(run, outputs) or run.job.carry_maps
+
+
 def _has_size(run: Run, outputs: Outputs) -> bool:
     """Whether --size has an effect; its proportions are also those of the charts of a mesh."""
     return _has_raster(run, outputs) or run.target.is_mesh
@@ -113,7 +118,7 @@ REQUIREMENTS = (
     Requirement(("filter",), _samples, TEXTURE),
     Requirement(("size",), _has_size, PICTURE),
     Requirement(("target_box",), _has_box, PICTURE),
-    Requirement(("padding",), _has_raster, PICTURE),
+    Requirement(("padding",), _pads, PICTURE),
     Requirement(("overlap",), _bakes, "nothing is baked; use --bake"),
     Requirement(
         ("colorspace",),

@@ -63,6 +63,7 @@ def new_uvs(
     force: bool = False,
     threads: int | None = None,
     carried_maps: CarriedMaps | None = None,
+    padding: int | None = None,
     tolerance: float | None = None,
 ) -> NewUVs:
     """Write the target with texture coordinates that show the source's texture.
@@ -78,6 +79,7 @@ def new_uvs(
         force: whether files beside it may be replaced (see `MeshFormat.companions`).
         threads: number of threads; None for all processors.
         carried_maps: further textures of its materials, if they are carried to the new coordinates.
+        padding: texels by which their colours extend beyond charts; see `BakeSettings`.
         tolerance: relative to the source's diagonal: triangles at the boundary are split until the edges of the layout
             deviate from the outline by no more; None splits none.
 
@@ -109,7 +111,9 @@ def new_uvs(
     new = NewCoordinates(uv, corners, triangles)
     pictures, notes = ShownPictures(texture, normals), list[str]()
     if carried_maps is not None:
-        carried = carried_maps.carry(target.file, new, retextured=texture is not None, threads=threads)
+        carried = carried_maps.carry(
+            target.file, new, retextured=texture is not None, padding=padding, threads=threads
+        )
         pictures = replace(pictures, pictures=carried.pictures)
         notes += [f"{name}: {note}" for note in carried.notes]
     written = mesh_files.write(target.file, new, pictures, out, name, force=force)

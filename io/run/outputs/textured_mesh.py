@@ -97,6 +97,7 @@ class TexturedMesh(Output):
                 force=run.job.force,
                 threads=run.threads,
                 carried_maps=run.carried_maps if run.job.carry_maps else None,
+                padding=run.job.padding,
                 tolerance=run.job.tolerance if run.job.subdivide_rim else None,
             )
         run.note(*new.notes)

@@ -121,3 +121,15 @@ def test_maps_that_cannot_be_carried_are_refused_in_one_line(painted, iccm):
     (painted / "kd.png").write_bytes(b"none")
     result = iccm("flatten", "p.obj", "--uv", "x.obj", "--carry-maps")
     assert result.code == 2 and "kd.png" in result.err and not (painted / "x.obj").exists()
+
+
+@pytest.mark.slow
+def test_carried_maps_are_padded_as_asked(painted, iccm):
+    words = ["map", "disk.svg", "p.obj", "--texture", "grey.png", "-o", "o.obj", "--carry-maps", "--force"]
+    black = []
+    for texels in ("0", "-1"):
+        result = iccm(*words, "--padding", texels)
+        assert result.code == 0, result.err
+        carried = np.asarray(Image.open(painted / "o-right-pr.png").convert("L"))
+        black.append((carried == 0).mean())
+    assert black[0] > 0.5 and black[1] < 0.1  # half a disk covers two fifths of the picture
