@@ -165,10 +165,17 @@ def dilated(charts: Sequence[Chart]) -> float:
 
 def _cost(charts: Sequence[Chart], max_distortion: float) -> tuple[float, float]:
     """Return what the best charts have least of: distortion beyond the bound, then seams and wasted texture."""
-    area = float(sum(chart.layout.patch.areas.sum() for chart in charts))
-    seams = sum(chart.seam for chart in charts) / np.sqrt(area)
-    wasted = max(_texture(charts) / area - USUAL_TEXTURE_SHARE, 0)
-    return max(dilated(charts), max_distortion), seams + SEAM_FOR_TEXTURE_SIDES * wasted
+    seams = sum(chart.seam for chart in charts) / np.sqrt(_area(charts))
+    return max(dilated(charts), max_distortion), seams + SEAM_FOR_TEXTURE_SIDES * _wasted(charts)
+
+
+def _area(charts: Sequence[Chart]) -> float:
+    return float(sum(chart.layout.patch.areas.sum() for chart in charts))
+
+
+def _wasted(charts: Sequence[Chart]) -> float:
+    """Return the area of texture beyond the usual that charts need, relative to the surface's."""
+    return max(_texture(charts) / _area(charts) - USUAL_TEXTURE_SHARE, 0.0)
 
 
 def _texture(charts: Sequence[Chart]) -> float:
@@ -185,7 +192,7 @@ def _extent(chart: Chart) -> Real:
 
 
 def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
-    """Yield nets whose charts may be of any length, and shorter ones as long as these differ."""
+    """Yield nets whose charts may be of any length, and shorter ones as long as these differ and texture is wasted."""
     side = float(np.sqrt(surface.piece.areas.sum()))
     solved = dict[bytes, list[Chart]]()
     longest = None
@@ -197,8 +204,8 @@ def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
             return
         yield nets
         longest = max(float(np.hypot(*_extent(chart))) for chart in nets)
-        if ends_search():
-            return
+        if not _wasted(nets) or ends_search():
+            return  # shorter charts have longer seams
 
 
 def _nets(

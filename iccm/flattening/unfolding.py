@@ -304,7 +304,8 @@ class _Growth:
                 continue
             factor, shift = self._motion(edge, opposite)
             moved = _moved(self._outlines[regions[unit]], factor, shift)
-            if covered.extent_with(moved) > self._longest or covered.meets(moved):
+            is_long = np.isfinite(self._longest) and covered.extent_with(moved) > self._longest
+            if is_long or covered.meets(moved):
                 continue
             covered.add(moved)
             self._outlines[regions[unit]] = moved
