@@ -17,11 +17,37 @@ minimise/     the energy and Newton's method
 meshing/      meshes of a domain
 injectivity   checks of the result: no folds, simple outlines
 errors        exceptions of the solver
+
+Names are imported when first used: flattening needs the energy, but not the search for maps between outlines.
 """
 
-from .errors import NoMapError
-from .method import solve
-from .minimise.terms import Term, TermOnMesh
-from .model.solution import Solution
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-__all__ = ["NoMapError", "Solution", "Term", "TermOnMesh", "solve"]
+if TYPE_CHECKING:
+    from .errors import NoMapError as NoMapError
+    from .method import solve as solve
+    from .minimise.terms import Term as Term
+    from .minimise.terms import TermOnMesh as TermOnMesh
+    from .model.solution import Solution as Solution
+
+_HOME = {
+    "NoMapError": "errors",
+    "Solution": "model.solution",
+    "Term": "minimise.terms",
+    "TermOnMesh": "minimise.terms",
+    "solve": "method",
+}
+__all__ = sorted(_HOME)
+
+
+if not TYPE_CHECKING:  # a type checker assumes that a module with __getattr__ has every name
+
+    def __getattr__(name):
+        if name not in _HOME:
+            raise AttributeError(f"module 'iccm.balanced' has no attribute {name!r}")
+        return getattr(import_module(f".{_HOME[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*(name for name in globals() if name.startswith("__")), *__all__})

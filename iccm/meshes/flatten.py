@@ -278,9 +278,9 @@ def _form(patch: Patch) -> tuple[Real, NDArray[np.integer], Complex]:
 def farthest(points: Real) -> tuple[int, int]:
     """Return two of the (k, 3) points with nearly the largest distance (exact for up to 2000 points)."""
     if len(points) <= 2000:
-        from scipy.spatial.distance import pdist, squareform
-
-        pair = int(np.argmax(squareform(pdist(points))))
+        centred = points - points.mean(axis=0)
+        squares = (centred**2).sum(axis=1)
+        pair = int(np.argmax(squares[:, None] + squares - 2 * centred @ centred.T))
         return pair // len(points), pair % len(points)
     a = 0
     for _ in range(4):

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 import shapely
-from scipy import ndimage
 
 from ..arrays import Complex, Real, xy_of
 from ..plane import bounding_box, polygon_area
@@ -206,6 +205,8 @@ def ground_of(texture: Texture, *, toned: bool = False) -> Backdrop:
     paper = None if share is None else _mixed(mean, share)
     dark = (INK_SHARE * mean).astype(np.float32)
     if paper is not None:
+        from scipy import ndimage  # slow to import
+
         alpha = few[..., texture.alpha]
         is_painted = alpha > 0.9
         silhouette = few[is_painted & ~ndimage.binary_erosion(is_painted)][:, colours]
@@ -265,6 +266,8 @@ def flat_rim(values: Float, alpha: int) -> Float | None:
     box = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
     if is_painted[box].mean() < FULL_BOX_SHARE:
         return None
+    from scipy import ndimage  # slow to import
+
     width = 1 + round(RIM_WIDTH_SHARE * min(is_painted[box].shape))
     outer = ndimage.binary_erosion(np.pad(is_painted[box], 1))[1:-1, 1:-1]  # without antialiased pixels
     rim = values[box][outer & ~ndimage.binary_erosion(outer, iterations=width)]

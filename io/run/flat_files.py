@@ -1,8 +1,11 @@
 """Files of a flattening: outline (SVG, DXF), flat mesh (OBJ), or the mesh with flat positions as coordinates."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,14 +13,16 @@ from ...arrays import Complex, Index, Real, xy_of
 from ...errors import InputError
 from ...plane import longer_side
 from .. import formats
-from ..artwork import new_dxf
 from ..lengths import svg_size
-from ..materials.carried_maps import CarriedMaps
 from ..meshes import mesh_files
 from ..meshes.mesh_format import NewCoordinates, ShownPictures, Written
 from ..shapes.mesh_shape import MeshShape
 from ..svg.curves import Bezier, Piece
 from ..svg.path_data import PenPath
+
+if TYPE_CHECKING:
+    from ..artwork.new_dxf import WrittenPath
+    from ..materials.carried_maps import CarriedMaps
 
 POINTS_PER_LINE = 8  # so that lines stay below 200 characters
 DXF_TOLERANCE_MILLIMETRES = 1e-6  # all sides are straight, so nothing is approximated
@@ -62,20 +67,24 @@ def write(shape: MeshShape, out: Path, millimetres: float | None) -> None:
     """
     suffix = formats.suffix_of(out)
     if suffix == ".dxf":
+        from ..artwork import new_dxf
+
         new_dxf.write(dxf_lines(shape, millimetres or 1.0), out, DXF_TOLERANCE_MILLIMETRES)
         return
     out.write_text(svg(shape, millimetres) if suffix == ".svg" else flat_obj(shape), encoding="utf-8")
 
 
-def dxf_lines(shape: MeshShape, millimetres: float) -> list[new_dxf.WrittenPath]:
+def dxf_lines(shape: MeshShape, millimetres: float) -> list[WrittenPath]:
     """Return the outlines and the holes in millimetres, on layers of these names."""
+    from ..artwork.new_dxf import WrittenPath  # slow to import, and not needed for meshes
+
     outlines, holes = _loops(shape)
     rings = [(z, "outline") for z in outlines] + [(z, "holes") for z in holes]
-    lines = list[new_dxf.WrittenPath]()
+    lines = list[WrittenPath]()
     for z, layer in rings:
         points = (millimetres * np.append(z, z[:1])).tolist()
         pieces = list[Piece](Bezier(side) for side in pairwise(points))
-        lines.append(new_dxf.WrittenPath(PenPath(points[0], pieces, True), layer))
+        lines.append(WrittenPath(PenPath(points[0], pieces, True), layer))
     return lines
 
 

@@ -20,10 +20,9 @@ from ...plane import longer_side
 from ...surfaces.as_written import WrittenCoordinates
 from .. import files, formats, references
 from ..lengths import MILLIMETRES
-from ..materials.carried_maps import CarriedMaps
 from ..meshes import mesh_files, overlays
 from ..options import TEXELS_BETWEEN_CHARTS
-from ..shapes import mesh_reading, onto_outline
+from ..shapes import mesh_reading
 from ..shapes import shape as planar
 from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
@@ -209,6 +208,8 @@ def lay_out(
             )
         if formats.of(path).mesh:
             raise InputError(f"--onto {method}: is a mesh; name a drawing or a picture with an outline")
+        from ..shapes import onto_outline
+
         outline = planar.read(method)
         shape = mesh_reading.read(mesh, cutting=cutting)
         flat_layout = FlatMesh(
@@ -276,8 +277,11 @@ def write_all(flat_layout: FlatMesh, job: FlattenJob, stack: ExitStack) -> dict[
     """Write every output, and return the figures; the files appear when the stack is closed."""
     uv, force = job.uv, job.force
     shape = flat_layout.shape
-    maps = CarriedMaps(shape.file) if job.carry_maps else None
-    if maps:
+    maps = None
+    if job.carry_maps:
+        from ..materials.carried_maps import CarriedMaps
+
+        maps = CarriedMaps(shape.file)
         maps.check(uv or "--uv")
         for name in maps.companions(uv or "", retextured=False):
             files.check_output(name, force=force)

@@ -9,7 +9,7 @@ import numpy as np
 import iccm
 
 from ...arrays import Complex
-from ...balanced import NoMapError
+from ...balanced.errors import NoMapError
 from ...curve import Curve, polygon_of
 from ...drawings.drawing import Drawing
 from ...fit_data import with_details
