@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,6 +22,9 @@ from ..errors import InputError
 from ..io.options import of_command, options_of
 from . import logs, options, process, status
 from .options import FILE
+
+if TYPE_CHECKING:
+    from ..io.batch.digest import Digest
 
 OWN = of_command("batch").keys()
 PASSED_ON = tuple(
@@ -80,6 +83,7 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **arguments:
     """
     from ..io import files
     from ..io.batch import dispatch, overview
+    from ..io.batch.digest import Digest
     from ..io.batch.journal import Journal
 
     gc.enable()  # it runs for a long time
@@ -121,7 +125,10 @@ def command(jobs: tuple[str, ...], root: str | None, dry_run: bool, **arguments:
         watch = {"resume": arguments["resume"], "warn": logs.log.warning}
         watch["stopping"] = lambda: bool(caught) or process.unread()
         results: list[dict[str, Any]] | None = [] if arguments["html"] else None
-        counts, idle = _report(dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results)
+        digest = Digest({task.number: task for task in tasks})
+        counts, idle = _report(
+            dispatch.execute(tasks, pool, book, policy, **watch), len(tasks), results, digest
+        )
     if results is not None:
         page = overview.html(results, name, os.path.dirname(arguments["html"]) or ".")
         files.write_bytes(arguments["html"], page, force=True)
@@ -245,9 +252,12 @@ def _start_tracker() -> None:
 
 
 def _report(
-    results: Iterator[dict[str, Any]], count: int, collected: list[dict[str, Any]] | None
+    results: Iterator[dict[str, Any]],
+    count: int,
+    collected: list[dict[str, Any]] | None,
+    digest: Digest,
 ) -> tuple[Counter[str], set[str]]:
-    """Write results to stdout and to a list, problems and progress to stderr.
+    """Write results to stdout and to a list, problems, progress and a digest of the notes to stderr.
 
     Returns the number of jobs by status, and the options that have no effect in any of them.
     """
@@ -271,6 +281,7 @@ def _report(
             unchanged = result["resumed"] and result["status"] == "done"
             counts["unchanged" if unchanged else result["status"]] += 1
             idle = idle_in_all(idle, result)
+            digest.add(result)
             if collected is not None:
                 collected.append(result)
             tell = level.get(result["status"], logging.ERROR)
@@ -278,6 +289,8 @@ def _report(
             message = f"{result['place']}: {result['name']}: {result['status']}: {result['message']}"
             logs.log.log(tell, message, extra=extra)
     logs.explain_idle(idle or set())
+    for line in digest.lines():
+        logs.tell(line)
     return counts, idle or set()
 
 

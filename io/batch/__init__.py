@@ -10,4 +10,5 @@ worker    the code that runs in a worker
 commands  the commands that a batch can run
 journal   the jobs that were begun and finished
 overview  an HTML page with the results
+digest    what the notes of all jobs of a batch have in common, for its summary
 """
