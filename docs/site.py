@@ -106,7 +106,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
     """Return the page with tables in place of their comments, and with links to samples as on the site."""
-    markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: options_of(found[1]), markdown)
+    markdown = re.sub(r"<!-- options: (\w+) -->", lambda found: page_of_options(found[1]), markdown)
     markdown = markdown.replace("<!-- commands -->", commands()).replace("<!-- formats -->", contents())
     markdown = markdown.replace("<!-- demo -->", SHOWN_DEMO).replace("<!-- small demo -->", SMALL_DEMO)
     return SAMPLES.sub(r"\1", markdown)
@@ -137,6 +137,27 @@ def tone(folder: Path, link: str) -> str:
         right, bottom = small.width - 1, small.height - 1
         corners = [small.getpixel(at) for at in ((0, 0), (right, 0), (0, bottom), (right, bottom))]
     return "figure" if all(min(corner) >= WHITE for corner in corners) else ""
+
+
+def page_of_options(command: str) -> str:
+    """Return the options of a command for their page: a contents by task, and a section for each group."""
+    rows = {name: row for name, row in options.of_command(command).items() if command not in row[1].hidden}
+    contents = []
+    for title, _, names in grouped(rows, {name: option for name, (_, option) in rows.items()}):
+        named = ", ".join(f"`--{name.replace('_', '-')}`" for name in names)
+        contents.append(f"- [{title}](#{_anchor(title)}): {named}")
+    sections = re.sub(
+        r"^\*\*(.+?)\*\*(, such as (.+))?$",
+        lambda found: f"## {found[1]}\n" + (f"\nSuch as {found[3]}\n" if found[3] else ""),
+        options_of(command),
+        flags=re.MULTILINE,
+    )
+    return "\n".join([*contents, "", sections])
+
+
+def _anchor(title: str) -> str:
+    """Return the anchor that MkDocs gives to a heading."""
+    return re.sub(r"[^\w-]+", "", title.lower().replace(" ", "-"))
 
 
 def options_of(command: str) -> str:
