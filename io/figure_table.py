@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 
 class Kind(NamedTuple):
-    """What a value is.
+    """The type and unit of a figure.
 
     Attributes:
         schema: its JSON schema.
@@ -449,7 +449,12 @@ MAP = Report(
             FigureRow(
                 "pixels.paper",
                 TEXT,
-                "colour of the paper around a drawing that is its own picture (`--gaps`)",
+                "colour of the paper around a drawing that is its own picture (`--background`)",
+            ),
+            FigureRow(
+                "pixels.background",
+                TEXT,
+                "`target` if the target's own drawing or photo is shown behind the result (`--background target`)",
             ),
             FigureRow(
                 "pixels.checkerboard",

@@ -864,11 +864,13 @@ class JobOptions:
         aliases=(("image", "{}"), ("picture", "{}"), ("photo", "{}")), words="pattern input material fill",
         topic="texture",
     )  # fmt: skip
-    gaps: Literal["paper", "transparent"] | None = _option(
-        "What to show between the painted areas of a drawing that is its own texture. paper: a tint of "
-        "the drawing's colours; transparent: nothing.  [default: paper; transparent for file#canvas]",
-        commands=("map",), brief="What to show between a drawing's painted areas.",
-        words="background transparent alpha paper bare",
+    background: Literal["paper", "transparent", "target"] | None = _option(
+        "What to show behind the result. paper: a tint of the colours of a drawing that is its own texture, inside "
+        "TARGET; transparent: nothing; target: TARGET's own drawing or photo, on its whole canvas.  [default: paper; "
+        "transparent for file#canvas]",
+        commands=("map",), basic=True,
+        brief="What to show behind the result; target: TARGET's own drawing or photo.",
+        old=("gaps",), words="transparent alpha paper bare over under composite keep below behind backdrop",
         topic="texture",
     )  # fmt: skip
     normal: tuple[str, ...] = _option(

@@ -82,7 +82,7 @@ def in_short(report: dict[str, Any]) -> str:
         _folds(report["injective"]),
         f"{seconds['total']:.1f} s" if seconds else "",
         "numbered checkerboard" if pixels.get("checkerboard") else "",
-        f"on paper, {pixels['paper']} (without: --gaps transparent)" if pixels.get("paper") else "",
+        f"on paper, {pixels['paper']} (without: --background transparent)" if pixels.get("paper") else "",
     ]
     return " · ".join(part for part in parts if part)
 

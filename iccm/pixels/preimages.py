@@ -3,11 +3,14 @@
 from collections.abc import Callable
 from typing import Protocol
 
+import numpy as np
+
+from ..arrays import Box, Real
 from ..maps.approximation import ERROR_TEXELS, triangulated
 from ..maps.boundary_image import outline
 from ..maps.harmonic import HarmonicMap
 from ..maps.triangulated.map import TriangulatedMap
-from .canvas import Band, Canvas
+from .canvas import BAND_ROWS, Band, Canvas, Diagnostics
 from .triangulated_preimages import TriangulatedPreimages
 
 USUAL_ERROR_TEXELS = 0.05
@@ -24,6 +27,41 @@ class Mapping(Protocol):
 
     def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> Bands:
         """Return preimages of pixels; arguments as for `of`."""
+
+
+class Unchanged:
+    """The identity on a box, which shows a picture where it is.
+
+    Args:
+        box: lower left and upper right corner.
+    """
+
+    def __init__(self, box: Box):
+        self.box = box
+
+    def preimages(self, canvas: Canvas, tolerance: float, slopes: bool) -> Bands:
+        """See `Mapping`."""
+        low, high = canvas.pixels(np.array(self.box))
+        across = _covered(low.real, high.real, canvas.width)
+        down = _covered(high.imag, low.imag, canvas.height)
+
+        def band(row: int) -> Band:
+            rows = min(BAND_ROWS, canvas.height - row)
+            coverage = (down[row : row + rows, None] * across).astype(np.float32)
+            z = canvas.centres(row, rows)
+            z[coverage == 0] = complex(np.nan, np.nan)
+            dx, dy = canvas.step
+            right, below = (np.full(z.shape, step, np.complex64) for step in (dx, -1j * dy))
+            inside = Diagnostics(inside=int((coverage >= 0.5).sum()))
+            return Band(row, coverage, z, right, below, inside)
+
+        return band
+
+
+def _covered(first: float, last: float, count: int) -> Real:
+    """Return the covered share of each of `count` pixels in a line, given the ends of what covers them."""
+    edges = np.arange(count + 1)
+    return np.diff(np.clip(edges, first, last))
 
 
 AnyMap = HarmonicMap | TriangulatedMap | Mapping

@@ -11,6 +11,7 @@ affine_part   affine approximation of the map over some shapes
 clip          subpaths cut at the domain's boundary
 paint_server  gradients, patterns and markers
 tiles         patterns as their tiles
+unused_ids    drawings shown with another one in the same document
 embedded      embedded pictures, resampled
 filters       filters, by the map's affine part
 attributes    attributes and styles that are kept
@@ -29,6 +30,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -44,6 +46,7 @@ from ..spec import Spec
 from ..svg.document import SUFFIXES, drawing_bytes
 from .document import MappedDocument
 from .mapping import PathMapping
+from .unused_ids import with_unused_ids
 
 TOLERANCE_SHARE = 2e-4  # of the target's diagonal
 BEND_SAMPLES = 400  # points along an outline
@@ -122,6 +125,7 @@ class ArtworkFrame(NamedTuple):
         toned: the rings of this area, filled by the even-odd rule.
         faded: rings outside of which drawing and paper are seen with an opacity; empty: nowhere.
         faded_opacity: this opacity.
+        background: what is seen behind everything, in the target's units, if anything.
     """
 
     parts: Sequence[tuple[Shape, AnyMap]]
@@ -134,6 +138,7 @@ class ArtworkFrame(NamedTuple):
     toned: Sequence[Complex] = ()
     faded: Sequence[Complex] = ()
     faded_opacity: float = 1.0
+    background: Element | None = None
 
 
 def carry_frames(
@@ -150,10 +155,11 @@ def carry_frames(
     """
     tolerance = tolerance or TOLERANCE_SHARE * min(frame.target.curve.diagonal for frame in frames)
     bends = any(_bends(source, map) for frame in frames for source, map in frame.parts)
-    drawings = [
-        _document(frame.parts[0][0], frame.target, len(frame.parts) if repeated else 1, bends=bends)
-        for frame in frames
-    ]
+    drawings = []
+    for frame in frames:
+        copies = len(frame.parts) if repeated else 1
+        alone = frame.background is None
+        drawings.append(_document(frame.parts[0][0], frame.target, copies, bends=bends, alone=alone))
     mappings = [PathMapping(frame.parts, tolerance, curves=len(frames) > 1) for frame in frames]
     prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]
     counts = {len(prepared_shapes.owners) for prepared_shapes in prepared}
@@ -180,6 +186,8 @@ def carry_frames(
         if frame.faded:
             drawing.cut_by(frame.faded, frame.faded_opacity)
         drawing.finish()
+        if frame.background is not None:
+            drawing.out.insert(0, with_unused_ids(frame.background, drawing.out))
         ElementTree.ElementTree(drawing.out).write(frame.path, encoding="utf-8", xml_declaration=True)
         notes |= dict(drawing.notes + mapping.notes)
     return tuple(f"{number} × {note}" for note, number in sorted(notes.items())), is_empty
@@ -199,20 +207,30 @@ def _bends(source: Shape, map: AnyMap) -> bool:
     return bool(np.abs(w - columns @ affine).max() > BEND_SIZE_SHARE * np.abs(w - w.mean()).max())
 
 
-def _document(source: Shape, target: Shape, copies: int, *, bends: bool = True) -> MappedDocument:
+def svg_data(shape: Shape) -> bytes:
+    """Return the drawing that a shape was read from as an SVG file: an SVG or DXF file, or a text in a font.
+
+    Raises:
+        InputError: the file is not one of these, or cannot be read.
+    """
+    suffix = formats.suffix_of(shape.path)
+    if suffix == ".dxf":
+        from .dxf_as_svg import svg_of
+
+        return svg_of(shape.path)
+    if suffix in formats.FONTS:
+        return lettering.svg(shape.path, without_box(shape.path, Spec.of(shape.spec).selection or ""))
+    return drawing_bytes(shape.path)
+
+
+def _document(
+    source: Shape, target: Shape, copies: int, *, bends: bool = True, alone: bool = True
+) -> MappedDocument:
     if not is_drawn(source.path):
         raise InputError(
             f"{source.path}: artwork (.svg) can only be made from an SVG or DXF file or a text in a font; use a "
             "picture's suffix for -o"
         )
-    suffix = formats.suffix_of(source.path)
-    if suffix == ".dxf":
-        from .dxf_as_svg import svg_of
-
-        data = svg_of(source.path)
-    elif suffix in formats.FONTS:
-        data = lettering.svg(source.path, without_box(source.path, Spec.of(source.spec).selection or ""))
-    else:
-        data = drawing_bytes(source.path)
+    data = svg_data(source)
     with naming(source.path):
-        return MappedDocument.of(data, source, target, copies, bends=bends)
+        return MappedDocument.of(data, source, target, copies, bends=bends, alone=alone)

@@ -59,16 +59,23 @@ def _is_foreign(name: str) -> bool:
     return name.startswith("{") and not name[1:].startswith(_NOT_FOREIGN)
 
 
-def settled(document: Document) -> Document:
-    """Copy rules that depend on an element's place in the tree from the style sheet to `style` attributes, in place."""
+def settled(document: Document, *, wholly: bool = False) -> Document:
+    """Copy rules that depend on an element's place in the tree from the style sheet to `style` attributes, in place.
+
+    With `wholly` all rules are copied, and nothing is left of the style sheet.
+    """
     sheet = document.sheet
-    if sheet is None or not sheet.contextual:
+    if sheet is None or not (sheet.contextual or wholly):
         return document
-    styles = [(e, sheet.style(e), sheet.simple_style(local(e), e.attrib)) for e in document.top.iter()]
+    nothing = css.Style()
+    styles = [
+        (e, sheet.style(e), nothing if wholly else sheet.simple_style(local(e), e.attrib))
+        for e in document.top.iter()
+    ]
     for element, full_style, simple_style in styles:
         if style := full_style.only(k for k, v in full_style.items() if simple_style.get(k) != v):
             element.set("style", style.add(css.declarations(element.get("style", ""))).text())
         if local(element) == "style":
-            element.text = sheet.without_contextual("".join(element.itertext()))
+            element.text = "" if wholly else sheet.without_contextual("".join(element.itertext()))
             element[:] = []
     return Document(document.top)

@@ -97,16 +97,24 @@ class MappedDocument:
 
     @classmethod
     def of(
-        cls, data: bytes, source: Shape, target: Shape, copies: int = 1, *, bends: bool = True
+        cls,
+        data: bytes,
+        source: Shape,
+        target: Shape,
+        copies: int = 1,
+        *,
+        bends: bool = True,
+        alone: bool = True,
     ) -> "MappedDocument":
         """Build the document that the source was read from on the target's canvas; its shapes have no paths yet.
 
         With several copies, each is a group. If the map `bends`, that is, is not affine, patterns are drawn as tiles.
+        Unless it is `alone`, no style sheets remain, which would also apply to the other drawing.
 
         Raises:
             InputError: the document is malformed.
         """
-        document = attributes.settled(tree.parse(data))
+        document = attributes.settled(tree.parse(data), wholly=not alone)
         node = document.root
         low, high = target.box
         x, y, width, height = low.real, -high.imag, (high - low).real, (high - low).imag

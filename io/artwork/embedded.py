@@ -120,7 +120,8 @@ class EmbeddedPicture:
         low, high = canvas.box
         place = zip(("x", "y", "width", "height"), (low.real, -high.imag, *_size(canvas.box)))
         attributes = {name: f"{value:.9g}" for name, value in place} | {"preserveAspectRatio": "none"}
-        SubElement(self.out, _name("image"), attributes | {LINK: _address(resampled, self.address)})
+        address = address_of(resampled, was_jpeg=self.address[:16].lower().startswith("data:image/jp"))
+        SubElement(self.out, _name("image"), attributes | {LINK: address})
         return f"embedded picture resampled, such as one to {canvas.width} × {canvas.height} pixels"
 
 
@@ -257,9 +258,9 @@ def _conjugated(map: Affine) -> Affine:
     )
 
 
-def _address(image: Image, old_address: str) -> str:
+def address_of(image: Image, *, was_jpeg: bool) -> str:
     """Return the picture as a data: address; as JPEG if it was one and has no transparency, else as PNG."""
-    lossy = image.alpha < 0 and old_address[:16].lower().startswith("data:image/jp")
+    lossy = image.alpha < 0 and was_jpeg
     kind, content = ("jpeg", image_files.as_jpeg(image)) if lossy else ("png", image_files.as_png(image))
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 

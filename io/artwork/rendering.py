@@ -78,6 +78,11 @@ def _png(data: bytes, path: Path, box: Box, size: tuple[int, int]) -> bytes:
         return _rasterized(document, cleaned.needs_fonts)
 
 
+def drawn(data: bytes) -> Element:
+    """Return a drawing as `render_data` shows it, as an `<svg>` to be shown in another document."""
+    return ElementTree.fromstring(_cleaned(data).text)
+
+
 def canvas_of(path: Path, *, max_bytes: int = limits.SVG_BYTES) -> Box:
     """Return the canvas of a drawing in the core plane: its viewBox or size, or else the box of its painted area.
 

@@ -64,7 +64,7 @@ class Image:
         step = strip_rows(*linear.shape[1:])
         for row in range(0, len(linear), step):
             part = replace(self, pixels=self.pixels[row : row + step])
-            linear[row : row + step] = _convert(part, "lin_rec709", np.dtype(np.float32)).pixels
+            linear[row : row + step] = convert(part, "lin_rec709", np.dtype(np.float32)).pixels
             room.release()
         return Texture(linear, box, self.alpha, "linear", self.associated, rotation)
 
@@ -78,7 +78,7 @@ class Image:
         """Return a picture of the same kind with other pixels, which `warp` made from this picture's texture."""
         image = replace(self, pixels=pixels, alpha=alpha)
         if pixels.dtype != self.pixels.dtype:
-            image = _convert(replace(image, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
+            image = convert(replace(image, colorspace="lin_rec709"), self.colorspace, self.pixels.dtype)
         return image
 
 
@@ -121,16 +121,16 @@ def prepare(image: Image, format: PictureFormat) -> Image:
         image = unassociate(image)
     if linear and (encoded != "linear" or image.pixels.dtype.kind != "f"):
         space = "data" if image.colorspace == "data" else "lin_rec709"
-        image = _convert(image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32))
+        image = convert(image, space, np.dtype(np.float16 if image.pixels.dtype == np.uint8 else np.float32))
     elif display and (not_stated or image.pixels.dtype.kind == "f"):
         depth = np.uint16 if 16 in format.bits else np.uint8
-        image = _convert(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
+        image = convert(image, "data" if image.colorspace == "data" else "sRGB", np.dtype(depth))
     elif not_stated and format.light == "any" and image.colorspace != "lin_rec709":
         # readers of such formats assume sRGB for integers, and linear light for floats
         deep = image.pixels.dtype.kind == "f"
-        image = _convert(image, "lin_rec709" if deep else "sRGB", np.dtype(np.float32 if deep else np.uint16))
+        image = convert(image, "lin_rec709" if deep else "sRGB", np.dtype(np.float32 if deep else np.uint16))
     elif not_stated and format.light == "any" and image.pixels.dtype.kind != "f":
-        image = _convert(image, "sRGB", np.dtype(np.uint16))
+        image = convert(image, "sRGB", np.dtype(np.uint16))
     if image.colorspace != original:
         image = replace(image, metadata=_without(image, "ICCProfile", "CICP"))
     if image.alpha >= 0 and (linear or not format.alpha):
@@ -177,7 +177,7 @@ def _without(image: Image, *names: str) -> dict[str, Any]:
     return {name: value for name, value in image.metadata.items() if name not in names}
 
 
-def _convert(image: Image, space: str, dtype: np.dtype) -> Image:
+def convert(image: Image, space: str, dtype: np.dtype) -> Image:
     """Convert the picture to another colour space and depth; alpha keeps its association."""
     old = image.pixels.dtype
     values = image.pixels.astype(np.float32)

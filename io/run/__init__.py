@@ -35,6 +35,7 @@ flat_colours   drawings of a few flat colours as areas, and which areas of two d
 along          `--along`: bend the source along a line of the target
 preview        the contact sheet of a textured mesh: views from four sides, drawn without a display, a driver or…
 maps           the maps of a job: solved for each pair of shapes, from scratch or continued from an earlier map
+background     the target's own drawing, photo or text, shown behind the result (`--background target`)
 """
 
 from importlib import import_module

@@ -35,6 +35,7 @@ from .flat_colours import paint
 from .inputs import Inputs
 from .job import Job
 from .maps import Settings, note_maps, solve_pairs
+from .outputs import notes_on_shapes
 from .outputs.artwork import Artwork
 from .outputs.output import Output
 from .outputs.picture import Picture, displayed
@@ -164,7 +165,9 @@ def run(
         with phases.timed("read"):
             # gaps of both drawings fade during the morph, so they are not filled with paper; a morph is between shapes,
             # whose edges become each other's, so the detail within them does not count
-            job = job.model_copy(update={"output": tuple(written), "gaps": "transparent", "detail": 0.0})
+            job = job.model_copy(
+                update={"output": tuple(written), "background": "transparent", "detail": 0.0}
+            )
             textures = [settings.target_texture] if settings.target_texture else []
             files.check_outputs(written, [*job.inputs, *textures], force=job.force)
             job, inputs, notes = pin_same_vertices(job, Inputs(job))
@@ -355,7 +358,7 @@ def _check(run: Run, outputs: Sequence[Output | None], frames: int) -> None:
             f"{frames} pictures of about {size[0]}x{size[1]} exceed the limit of {run.job.max_pixels} pixels"
         )
         raise InputError(f"--frames: {text}; choose a smaller --size, or raise --max-pixels")
-    run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
+    run.note(*notes_on_shapes(run))
 
 
 def _frames(run: Run, settings: MorphSettings) -> Iterator[MorphFrame]:

@@ -125,7 +125,7 @@ def note_doubts(run: Run, figures: dict[str, Any]) -> None:
     """Note the solver's remarks and doubts about the picture, once, from the figures of `map_figures`."""
     weighed = not run.job.exact
     wanted = (
-        ("covered", "cracks") if run.job.gaps == "transparent" else ()
+        ("covered", "cracks") if run.job.background in ("transparent", "target") else ()
     )  # nothing is painted in gaps, as requested
     parts = figures.get("parts", [figures])
     for pair, fit, part in zip(run.pairs, run.fits, parts):

@@ -274,7 +274,7 @@ class Run:
     @property
     def opaque(self) -> bool:
         """Whether the texture also covers the gaps between the source's parts, as a picture without alpha does."""
-        if not texture.has_texture(self.job, self.source) or texture.on_paper(self.job, self.source):
+        if not texture.has_texture(self.job, self.source) or texture.has_ground(self.job, self.source):
             return True
         return self.image.alpha < 0
 

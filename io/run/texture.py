@@ -140,7 +140,7 @@ def detail_of(job: Job, source: Shape, image: Image, box: Box) -> Detail:
         colours = np.repeat(colours[..., :1], 3, axis=2)
     rgba = np.clip(np.nan_to_num(np.concatenate([colours, alpha[..., None]], axis=2)), 0, 1)
     weight = 1.0 if job.detail is None else job.detail
-    detail = Detail.of_picture(rgba, box, on_paper=on_paper(job, source), weight=weight)
+    detail = Detail.of_picture(rgba, box, on_paper=has_ground(job, source), weight=weight)
     if job.faces == "off" or detail.is_empty or not (job.faces == "on" or _shows_photo(job, source)):
         return detail
     from ...drawings.faces import faces_of
@@ -157,7 +157,12 @@ def _shows_photo(job: Job, source: Shape) -> bool:
 
 
 def on_paper(job: Job, source: Shape) -> bool:
-    """Return whether paper is shown where the texture is transparent.
+    """Return whether paper is shown where the texture is transparent."""
+    return job.background != "target" and has_ground(job, source)
+
+
+def has_ground(job: Job, source: Shape) -> bool:
+    """Return whether paper, or the target's own drawing, is shown where the texture is transparent.
 
     This is so below a drawing that is its own picture, unless it is placed inside the target, which then need not be
     filled, or lies on an object or along a line, which shows through. Of a whole `#canvas`, what is transparent is part
@@ -167,7 +172,7 @@ def on_paper(job: Job, source: Shape) -> bool:
     return (
         shows_itself(job, source)
         and job.place != "inside"
-        and (job.gaps or ("transparent" if whole_canvas or job.along else "paper")) == "paper"
+        and (job.background or ("transparent" if whole_canvas or job.along else "paper")) != "transparent"
         and job.target is not None
         and not is_view(job.target)
         and job.kind == "colour"

@@ -44,9 +44,9 @@ def files(tmp_path, monkeypatch):
     (tmp_path / "icons").mkdir()
     for name in ("bell", "home"):
         shutil.copy(ROOT / "docs" / "files" / f"{name}.svg", f"icons/{name}.svg")
-    for name in ("shield", "heart", "sheet"):
+    for name in ("shield", "heart", "sheet", "badge", "mug"):
         shutil.copy(ROOT / "docs" / "files" / f"{name}.svg", f"{name}.svg")
-    for name in ("landmarks.csv", "africa.geojson"):
+    for name in ("landmarks.csv", "africa.geojson", "page.png"):
         shutil.copy(ROOT / "docs" / "files" / name, name)
     Path("table.csv").write_text("name,trade\nKenya,40\nEgypt,90\nChad,4\n")
     ring = [[250, 240], [280, 240], [270, 270], [250, 240]]
@@ -56,6 +56,10 @@ def files(tmp_path, monkeypatch):
     half = ball.submesh([np.flatnonzero(ball.triangles_center[:, 2] > 0.1)], append=True)
     for name in ("face.obj", "glove.obj"):
         half.export(name)
+    corners = "v 0 0 {0}\nv 3 0 0\nv 3 2 {0}\nv 0 2 .5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+    for name, height in (("old", 0), ("new", 0.3)):
+        Path(f"{name}.obj").write_text(corners.format(height))
+    Image.fromarray(np.random.default_rng(1).integers(0, 255, (30, 40, 3), np.uint8)).save("bottle.jpg")
     Path("body.obj").write_text("g sleeve\n" + Path("face.obj").read_text())
     normal = np.full((32, 32, 3), (128, 128, 255), np.uint8)
     Image.fromarray(normal).save("normal.png")

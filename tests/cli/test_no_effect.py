@@ -33,9 +33,9 @@ def files(tmp_path, monkeypatch):
     [
         "map a.svg b.svg -o o.png --size 16 --colorspace sRGB",
         "map a.svg b.svg -o o.png --size 16 --texture c.svg --colorspace sRGB",
-        "map a.svg b.svg -o o.png --size 16 --gaps paper",
-        "map a.svg b.svg -o o.png --size 16 --texture t.png --gaps transparent",
-        "map c.svg b.svg -o o.png --size 16 --place inside --gaps paper",
+        "map a.svg b.svg -o o.png --size 16 --background paper",
+        "map a.svg b.svg -o o.png --size 16 --texture t.png --background transparent",
+        "map c.svg b.svg -o o.png --size 16 --place inside --background paper",
         "map a.svg b.svg -o o.png --size 16 --detail .5",
         "map a.svg m.obj -o o.obj --texture t.png --detail .5",
         "map a.svg b.svg -o o.png --size 16 --exact-pins",
@@ -82,8 +82,8 @@ def test_an_option_without_effect_is_refused(iccm, files, command):
     [
         "map a.svg b.svg -o o.png --size 16 --place fill --edge clamp --filter auto",  # the defaults
         "map a.svg b.svg -o o.png --size 16 --texture t.png --colorspace sRGB --filter nearest",
-        "map c.svg b.svg -o o.png --size 16 --gaps paper --detail .5",
-        "map c.svg b.svg -o o.png --size 16 --place inside --gaps transparent",
+        "map c.svg b.svg -o o.png --size 16 --background paper --detail .5",
+        "map c.svg b.svg -o o.png --size 16 --place inside --background transparent",
         "map a.svg b.svg -o o.png --size 16 --exact-pins --pin 20,20:21,20",
         "map a.svg b.svg -o o.npz --target-box bbox",  # pictures that are carried later show this box
         "map a.svg b.svg -o o.npz --max-pixels 900 --max-faces 10 --allow-outside",  # limits
@@ -132,7 +132,7 @@ def test_options_for_files_of_a_pattern_need_an_effect_in_one_of_them(iccm, file
         "{source.stem}-on-b.png",
         "--size",
         "16",
-        "--gaps",
+        "--background",
         "paper",
     ]
     assert iccm(*options).code == 0  # a.svg is a plain outline

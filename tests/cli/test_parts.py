@@ -125,7 +125,7 @@ def test_one_source_is_mapped_onto_each_part(drawings, iccm):
         "word.svg",
         "--parts",
         "each",
-        "--gaps",
+        "--background",
         "transparent",
         "--size",
         "100",
@@ -140,7 +140,7 @@ def test_one_source_is_mapped_onto_each_part(drawings, iccm):
     assert np.allclose(st[45, [25, 75], :2], 0.5, atol=0.03) and np.allclose(st[85, 50, :2], 0.5, atol=0.03)
     alone = iccm(  # parts are mapped by their outlines, without --detail
         *("map", "face.svg#head", "word.svg#a", "--target-box", "viewbox", "--size", "100"),
-        *("--detail", "0", "--gaps", "transparent", "-o", "alone.png"),
+        *("--detail", "0", "--background", "transparent", "-o", "alone.png"),
     )
     assert alone.code == 0
     assert np.array_equal(pixels[20:70, 5:45], image_files.read("alone.png").pixels[20:70, 5:45])
@@ -325,7 +325,7 @@ def test_one_source_is_mapped_onto_each_element_with_all_of_its_parts(drawings, 
             "word.svg",
             "--parts",
             "elements",
-            "--gaps",
+            "--background",
             "transparent",
             "-o",
             "o.svg",

@@ -20,7 +20,17 @@ def split(shapes, iccm):
     (shapes / "plate.svg").write_text(SVG.format(PLATE))
     (shapes / "run").mkdir()
     result = iccm(
-        *("map", "split.svg", "plate.svg", "--parts", "joined", "--fit", "frame", "--gaps", "transparent"),
+        *(
+            "map",
+            "split.svg",
+            "plate.svg",
+            "--parts",
+            "joined",
+            "--fit",
+            "frame",
+            "--background",
+            "transparent",
+        ),
         *("-o", "run/o.png", "--report", "run/o.json", "--plot", "o.svg", "--size", "500"),
     )
     assert result.code == 0, result.err

@@ -37,7 +37,16 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
         SVG.format(f'<rect x="7" y="11" width="{2 * width}" height="{2 * height}"/>')
     )
     result = iccm(
-        "map", "--text", "Rg#bbox", "--font", str(FONT), "twice.svg", "-o", "out.svg", "--gaps", "transparent"
+        "map",
+        "--text",
+        "Rg#bbox",
+        "--font",
+        str(FONT),
+        "twice.svg",
+        "-o",
+        "out.svg",
+        "--background",
+        "transparent",
     )
     assert result.code == 0, result.err
     drawing = reader.read(Path("out.svg"))
@@ -51,7 +60,7 @@ def test_a_word_in_its_own_box_twice_as_large_keeps_its_letters(folder, iccm):
 
 @pytest.mark.slow
 def test_a_word_fills_the_target_and_stays_inside(folder, iccm):
-    bare = "--detail", "0", "--gaps", "transparent"
+    bare = "--detail", "0", "--background", "transparent"
     result = iccm("map", "--text", "HE", "flag.svg", "-o", "out.svg", "--report", "r.json", *bare)
     assert result.code == 0, result.err
     drawn = reader.read(Path("out.svg")).painted

@@ -26,10 +26,12 @@ from ....errors import InputError
 from ... import files, formats
 from ...pictures.tiles import MARK, name_at
 from ...point_syntax import vertex_of
+from ...shapes.silhouette import PHOTOGRAPH
 from ...spec import Spec
 from ..inputs import Inputs
 from ..job import Job, is_mesh, is_picture
 from ..state import Run
+from ..texture import shows_itself
 from . import checks, effects
 from .output import Output
 
@@ -97,9 +99,23 @@ def check(run: Run, requested: list[Output]) -> list[Output]:
             )
     run.idle = effects.refuse(run, outputs)
     _check_others(run, [name for output in outputs for name in output.companion_files(run)])
-    run.note(*(f"{shape.spec}: {note}" for pair in run.pairs for shape in pair for note in shape.notes))
+    run.note(*notes_on_shapes(run))
     run.note(*about(run.pairs, keep=run.job.holes != "fill", mapped=run.job.holed))
     return outputs
+
+
+def notes_on_shapes(run: Run) -> list[str]:
+    """Return what was noted while the shapes were read.
+
+    That the whole of a photo is used is expected of a source that shows itself, so only other photos are noted.
+    """
+    return [
+        f"{shape.spec}: {note}"
+        for source, target in run.pairs
+        for shape in (source, target)
+        for note in shape.notes
+        if note != PHOTOGRAPH or shape is not source or not shows_itself(run.job, source)
+    ]
 
 
 def tell_share(run: Run) -> None:

@@ -14,7 +14,7 @@ from ... import formats
 from ...artwork import ArtworkFrame, carry_frames, check, is_drawn
 from ...meshes.mesh_files import names_layout
 from ...spec import Spec
-from .. import framing
+from .. import background, framing
 from ..job import Job
 from ..report import OutputReport
 from ..state import FADED_OPACITY, Run
@@ -30,6 +30,8 @@ SAME_AREA_SHARE = 1e-6  # relative to a drawing's area: smaller differences to i
 
 class Artwork(Output):
     """An SVG of the source's drawing."""
+
+    shows_target = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require an SVG, a DXF or a text in a font as source, and a planar target or a chart of a mesh's layout."""
@@ -78,13 +80,15 @@ class Artwork(Output):
         """Write frames of a morph, whose paths have the same commands, each with the opacity of what lies outside.
 
         With `alike` all frames have the same elements: masks also where nothing fades, or everything has faded.
-        With `on_paper` paper fills the gaps of a drawing that is its own picture. Returns whether a frame shows
-        nothing of the drawing.
+        With `on_paper` paper fills the gaps of a drawing that is its own picture, or the target is seen behind it.
+        Returns whether a frame shows nothing of the drawing.
         """
         first = frames[0][0]
         with first.phases.timed("artwork"):
             artwork_frames = []
             cut = alike and any(painted_rings(run.fits) for run, _, _ in frames)
+            shows_target = on_paper and first.job.background == "target"
+            behind = background.element_of(first) if shows_target else None
             for run, path, opacity in frames:
                 carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
                 target = replace(run.target, box=framing.picture_box(run.job, run.target))
@@ -103,7 +107,9 @@ class Artwork(Output):
                 opacity = max(opacity, LEAST_OPACITY) if alike else opacity
                 faded = [] if alike or opacity else run.faded
                 artwork_frames.append(
-                    ArtworkFrame(carried, target, path, painted, opacity, paper, *tone, faded, FADED_OPACITY)
+                    ArtworkFrame(
+                        carried, target, path, painted, opacity, paper, *tone, faded, FADED_OPACITY, behind
+                    )
                 )
             tolerance = first.job.max_line_error
             notes, is_empty = carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance)

@@ -77,11 +77,22 @@ def _reads_picture(run: Run, outputs: Outputs) -> bool:
     return is_read and _samples(run, outputs)
 
 
-def _has_gaps(run: Run, outputs: Outputs) -> bool:
-    """Whether --gaps decides what is shown between painted areas: its other value would give another picture."""
-    if run.job.gaps == "paper":
+def _has_background(run: Run, outputs: Outputs) -> bool:
+    """Whether --background decides what is seen behind the result: another value would give another picture."""
+    if run.job.background == "target":
+        return True  # see `_shows_target`
+    if run.job.background == "paper":
         return on_paper(run.job, run.source)
     return shows_itself(run.job, run.source)
+
+
+def _shows_target(run: Run, outputs: Outputs) -> bool:
+    """Whether an output can show the target's own drawing, and there is one, if --background asks for it."""
+    if run.job.background != "target":
+        return True
+    from ..background import has_own_picture
+
+    return any(output.shows_target for output in outputs) and has_own_picture(run.target)
 
 
 def _has(constraint: str) -> Callable[[Run, Outputs], bool]:
@@ -126,9 +137,15 @@ REQUIREMENTS = (
         "the texture is not read from a picture that is resampled; name one with --texture",
     ),
     Requirement(
-        ("gaps",),
-        _has_gaps,
+        ("background",),
+        _has_background,
         "only a drawing that is its own texture, and fills the target, has gaps that show paper",
+    ),
+    Requirement(
+        ("background",),
+        _shows_target,
+        "the target's drawing is only shown in pictures and .svg files, and if the target is an SVG or DXF file, a "
+        "picture or a text",
     ),
     Requirement(("exact_pins",), _has("pins"), "there are no pins; add some with --pin"),
     Requirement(("pin_weight",), _has("pins"), "there are no pins; add some with --pin"),
@@ -136,8 +153,8 @@ REQUIREMENTS = (
     Requirement(
         ("detail",),
         _compares_detail,
-        "maps are compared by detail only for a drawing or photo that fills a planar target, in the place where its "
-        "file has it, with the balanced method",
+        "maps are compared by detail only with the balanced method, for a drawing or photo that fills a planar target "
+        "and is not moved on its source (--texture-offset and the like)",
     ),
     Requirement(("faces",), _finds_faces, "no face is found in a photo that fills a planar target"),
     Requirement(("cut_open", "no_cut"), _has_mesh, "none of the shapes is a mesh in space"),

@@ -26,6 +26,7 @@ class Output(ABC):
     tile: complex | None = None  # lower left corner of its tile in the layout, if it is for one tile
     samples: ClassVar[bool] = False  # whether it filters the texture, which is then prepared during solving
     shows: ClassVar[bool] = False  # whether it shows the texture
+    shows_target: ClassVar[bool] = False  # whether it can show the target's own drawing behind the result
     is_mesh: ClassVar[bool] = False
 
     map: tuple[str, str] | None = None

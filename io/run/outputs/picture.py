@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from . import checks
 from .output import Output
 from .world_file import canvas_transform
 
+if TYPE_CHECKING:
+    from ..background import Background
+
 PADDED = "the whole picture at once (--padding)"
 
 
@@ -32,6 +35,7 @@ class Picture(Output):
     """A picture of the target."""
 
     samples, shows, tiles = True, True, True
+    shows_target = True
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require a suffix of pictures, for --padding one that keeps colours where alpha is 0."""
@@ -42,6 +46,10 @@ class Picture(Output):
             raise InputError(
                 f"{self.name}: {suffix} does not keep colours where alpha is 0, so --padding has no "
                 "effect; use .png or .tif"
+            )
+        if job.padding and job.background == "target":
+            raise InputError(
+                "--padding: has no effect with --background target, which shows beyond the outline"
             )
 
     @property
@@ -75,6 +83,10 @@ class Picture(Output):
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
         path = formats.written(self.name)
         raster = run.image.raster
+        if job.background == "target" and (raster or image.pixels.shape[2] not in (2, 4)):
+            raise InputError(
+                f"--background target: {_name(run)} is not a picture of colours; leave the option out"
+            )
         if raster and self._keeps_numbers(run):
             if job.padding:
                 raise InputError(
@@ -136,6 +148,8 @@ class Picture(Output):
                 else:
                     image = replace(run.image, alpha=work.alpha)
                     rows = self._rows(run, work, colours)
+                    if run.job.background == "target":
+                        image = replace(image, alpha=3, associated=False)
                 image_files.write_bands(path, image, canvas.height, canvas.width, rows)
         self._georeference(run, path)
         return _report_pixels(run, colours, work.diagnostics, canvas)
@@ -160,9 +174,15 @@ class Picture(Output):
 
     def _rows(self, run: Run, work: Warp, colours: Colours) -> Iterator[NDArray]:
         """Yield blocks of rows while they are computed, with only some of them in memory."""
+        background = _background(run, work.canvas)
+        row = 0
         for block in work.blocks(run.threads):
             colours.see(block, work.alpha)
-            yield run.image.with_pixels(block, work.alpha).pixels
+            if background is None:
+                yield run.image.with_pixels(block, work.alpha).pixels
+            else:
+                yield background.behind(block, work.alpha, row).pixels
+            row += len(block)
 
     def _padded(self, run: Run, work: Warp, colours: Colours) -> Image:
         """Return the picture with its colours extended beyond the outline, which needs the whole picture in memory."""
@@ -174,6 +194,15 @@ class Picture(Output):
         image = unassociate(run.image.with_pixels(warped.pixels, warped.alpha))
         extended = padded(image.pixels, image.alpha, run.job.padding or 0, run.job.padding_fill)
         return replace(image, pixels=extended)
+
+
+def _background(run: Run, canvas: Canvas) -> Background | None:
+    """Return what is seen behind the result, if --background asks for it."""
+    if run.job.background != "target":
+        return None
+    from ..background import Background
+
+    return Background(run, canvas)
 
 
 def _seen(blocks: Iterable[NDArray], alpha: int, colours: Colours) -> Iterator[NDArray]:
@@ -209,6 +238,8 @@ def _report_pixels(run: Run, colours: Colours, diagnostics: Diagnostics, canvas:
     pixels: dict[str, Any] = {"width": canvas.width, "height": canvas.height, **diagnostics.as_dict()}
     if not has_texture(run.job, run.source):
         pixels["checkerboard"] = True
-    elif run.detail is not None and run.detail.has_paper and not run.detail.fills_box:
+    elif run.detail is not None and run.detail.has_paper and not run.detail.fills_box and run.paper:
         pixels["paper"] = run.paper
+    if run.job.background == "target":
+        pixels["background"] = "target"
     return OutputReport({"pixels": pixels} | ({"empty": True} if colours.empty else {}))

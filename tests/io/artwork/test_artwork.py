@@ -951,7 +951,7 @@ def test_path_data_in_style_sheets_are_mapped(tmp_path, monkeypatch, iccm):
     as_outline = (
         "--detail",
         "0",
-        "--gaps",
+        "--background",
         "transparent",
     )  # else the drawing of two paths is composed on paper
     for name in ("css", "plain"):

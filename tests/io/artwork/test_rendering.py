@@ -244,7 +244,7 @@ def files(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_a_drawing_is_its_own_picture(files, iccm):
-    transparent = "--gaps", "transparent"
+    transparent = "--background", "transparent"
     assert iccm("map", "a.svg", "b.svg", "--size", "100", *transparent, "-o", "o.png").code == 0
     pixel_at = pixel_reader("o.png")
     assert pixel_at(0.6, 0.6) == pytest.approx((200, 100, 50, 128), abs=2)

@@ -102,7 +102,7 @@ def test_gaps_of_a_drawing_that_is_its_own_picture_are_shown_as_the_command_show
         SVG.format('<path d="M10 10H40V90H10Z" fill="red"/><path d="M60 20H90V80Z" fill="blue"/>')
     )
     for gaps, opaque in (("paper", True), ("transparent", False)):
-        edited = Session(make({"source": "two.svg", "target": "panes.svg", "gaps": gaps}))
+        edited = Session(make({"source": "two.svg", "target": "panes.svg", "background": gaps}))
         picture = np.asarray(Image.open(io.BytesIO(edited.view.texture(64))).convert("RGBA"))
         assert (picture[..., 3].min() == 255) == opaque
 

@@ -140,7 +140,7 @@ def test_artwork_carries_letters(tmp_path, iccm):
         SVG.format(square + TEXT.format(x=30, more="", text="h")).replace(", DejaVu Sans", "")
     )
     words = [f"{tmp_path}/a.svg#canvas"] * 2
-    result = iccm("map", *words, "--gaps", "transparent", "-o", tmp_path / "o.svg")
+    result = iccm("map", *words, "--background", "transparent", "-o", tmp_path / "o.svg")
     assert result.code == 0 and "omitted (convert it" not in result.err
     assert "1 × text in DejaVu Sans, since its font Nonesuch is not installed" in result.err
     low, high = shape.read(f"{tmp_path}/o.svg#2").curve.box
@@ -326,7 +326,7 @@ def test_spans_have_paint_of_their_own(tmp_path, iccm):
     (tmp_path / "a.svg").write_text(SVG.format(SPANS))
     shapes, _ = drawn(tmp_path, SPANS)
     assert len(shapes) == 4
-    same = (tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "--gaps", "transparent")
+    same = (tmp_path / "a.svg#canvas", tmp_path / "a.svg#canvas", "--background", "transparent")
     result = iccm("map", *same, "-o", tmp_path / "o.svg")
     assert result.code == 0 and "omitted" not in result.err
     for name in ("a.svg", "o.svg"):

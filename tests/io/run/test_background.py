@@ -1,4 +1,4 @@
-"""What pictures show in the gaps of a drawing that is its own texture: --gaps."""
+"""What is seen behind the result: --background."""
 
 import io
 import json
@@ -50,7 +50,7 @@ def test_paper_fills_the_gap_between_two_bars(iccm, files):
 
 @pytest.mark.slow
 def test_transparent_gaps_stay_transparent(iccm, files):
-    pixels, report = picture(iccm, "--gaps", "transparent")
+    pixels, report = picture(iccm, "--background", "transparent")
     gap = (pixels[..., 3] == 0).mean()
     assert 0.2 < gap < 0.45
     assert abs(report["covered"] - (1 - gap)) < 0.03
@@ -77,7 +77,17 @@ def test_gaps_of_a_picture_are_not_filled_with_colours_from_beside_them(iccm, fi
     Image.fromarray(hook).save("hook.png")
     pixels = {}
     for gaps in ("paper", "transparent"):
-        arguments = "hook.png", "plate.svg", "--fit", "frame", "--gaps", gaps, "-o", "out.png", "--force"
+        arguments = (
+            "hook.png",
+            "plate.svg",
+            "--fit",
+            "frame",
+            "--background",
+            gaps,
+            "-o",
+            "out.png",
+            "--force",
+        )
         result = iccm("map", *arguments, "--report", "out.json")
         assert result.code == 0, result.err
         pixels[gaps] = np.asarray(Image.open("out.png").convert("RGBA")).astype(int)
@@ -152,3 +162,76 @@ def test_a_flag_is_faded_inside_a_line_alike_in_picture_and_svg(iccm, files):
     for alpha in (picture, drawn):
         assert (alpha[2:11, 5:-5] > 250).all()  # what the ring paints
         assert alpha[20:100, 20:160].min() > 60 and alpha[20:100, 20:160].max() < 120
+
+
+MUG = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 80 50">
+  <style>path {fill: #2060c0} .dot {fill: url(#g)}</style>
+  <linearGradient id="g"><stop stop-color="#e0e000"/></linearGradient>
+  <path d="M0 0H80V50H0Z"/><rect class="dot" x="60" y="5" width="15" height="10"/>
+  <path id="body" style="fill:#10a040" d="M10 10H50V40H10Z"/></svg>"""
+SPOT = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 40 30"><style>path {fill: url(#g)}</style>
+  <linearGradient id="g"><stop stop-color="#c01010"/></linearGradient><path d="M5 5H20V25H5Z"/>
+  <path style="fill:#400000" d="M24 8H36V22H24Z"/></svg>"""
+
+
+def seen(pixels, x, y):
+    """Return the colour at a place of the target, given in the units of its file."""
+    height, width = pixels.shape[:2]
+    return pixels[round(y / 50 * height), round(x / 80 * width)].tolist()
+
+
+@pytest.mark.parametrize("suffix", ["png", "tif"])
+def test_the_target_is_seen_behind_the_result(iccm, files, suffix):
+    Path("mug.svg").write_text(MUG)
+    Path("spot.svg").write_text(SPOT)
+    drawn = "spot.svg", "mug.svg#body", "--background", "target", "--size", "160"
+    result = iccm("map", *drawn, "-o", f"out.{suffix}", "--report", "out.json")
+    assert result.code == 0, result.err
+    assert json.loads(Path("out.json").read_text())["pixels"]["background"] == "target"
+    pixels = np.asarray(Image.open(f"out.{suffix}").convert("RGBA")).astype(int)
+    assert (pixels[..., 3] == 255).all()
+    assert seen(pixels, 5, 45) == [0x20, 0x60, 0xC0, 255] and seen(pixels, 66, 9) == [0xE0, 0xE0, 0, 255]
+    inside = pixels[24:76, 24:96, :3].reshape(-1, 3)
+    colours = {tuple(colour) for colour in inside[::7]}
+    assert {(0xC0, 0x10, 0x10), (0x40, 0, 0), (0x10, 0xA0, 0x40)} <= colours
+
+
+def test_an_svg_with_the_target_behind_it_looks_like_the_picture(iccm, files):
+    """Both files use the id `g` and style their paths: neither may change the other."""
+    Path("mug.svg").write_text(MUG)
+    Path("spot.svg").write_text(SPOT)
+    drawn = "spot.svg", "mug.svg#body", "--background", "target"
+    assert iccm("map", *drawn, "-o", "out.png", "--size", "160").code == 0
+    assert iccm("map", *drawn, "-o", "out.svg").code == 0
+    from iccm.io.artwork import rendering
+
+    picture = np.asarray(Image.open("out.png").convert("RGBA")).astype(int)
+    box = rendering.canvas_of(Path("out.svg"))
+    drawing = rendering.render(Path("out.svg"), box, (160, 100)).pixels.astype(int)
+    assert (abs(picture - drawing).max(axis=2) > 40).mean() < 0.01
+
+
+def test_a_photo_is_seen_where_the_result_is_not(iccm, files):
+    photo = np.random.default_rng(3).integers(0, 255, (50, 80, 3), np.uint8)
+    Image.fromarray(photo).save("photo.png")
+    spec = "photo.png#plane=20,10:60,12:58,40:22,38"
+    assert iccm("map", "bars.svg", spec, "--background", "target", "-o", "out.png", "--size", "80").code == 0
+    pixels = np.asarray(Image.open("out.png").convert("RGB")).astype(int)
+    assert abs(pixels[:8] - photo[:8]).max() <= 1 and abs(pixels[25, 30] - [0xC0, 0x18, 0x18]).max() <= 3
+    assert iccm("map", "bars.svg", spec, "--background", "target", "-o", "out.svg").code == 0
+    assert "data:image/png" in Path("out.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("command", "named"),
+    [
+        ("bars.svg plate.svg -o out.npz --background target", "--background: has no effect"),
+        ("bars.svg cylinder:8x9 -o out.png --background target", "--background: has no effect"),
+        ("bars.svg plate.svg -o out.png --background target --padding 4", "--padding: has no effect"),
+        ("bars.svg plate.svg -o out.png --background white", "--background"),
+    ],
+)
+def test_a_background_without_effect_is_refused(iccm, files, command, named):
+    result = iccm("map", *command.split())
+    assert result.code == 2 and named in result.err
+    assert not [*files.glob("out*")]
