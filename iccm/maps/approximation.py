@@ -34,10 +34,13 @@ CUBIC_MAXIMUM = 3**0.5 / 36  # maximum of |t (t - 1/2) (t - 1)| on [0, 1]
 LOGARITHM_ERROR_RATIO = 3
 """Ratio of the errors for z log z and for a cubic with the same tangent."""
 REFINEMENT_ROUNDS = 40  # rounds of refinement: each halves edges, so that digits end before
-MOST_TRIANGLES = 400_000  # triangles: an irregular map could need more than is useful
-MOST_TERMS = 2e9
-"""Points at which the map is evaluated, times the polygon's vertices: about 10 CPU-seconds. A regular map of a polygon
-of 4000 vertices needs a fifth of it; one that is irregular everywhere, such as an altered file's, has no end.
+TERMS_OF_A_TRIANGLE = 700
+"""Points at which the map is evaluated, times the polygon's vertices, that take as long as a round of refinement takes
+for one of its triangles.
+"""
+MOST_TERMS = 8e8
+"""Of all rounds: about 4 CPU-seconds. A regular map of a polygon of 4000 vertices needs half of it; one that is
+irregular everywhere, such as an altered file's, has no end.
 """
 MOST_GROWTH = 2.5  # of the number of terms from one round to the next
 # Relative to the coordinates: shorter edges are not split for lack of digits.
@@ -99,13 +102,12 @@ def _approximation(map: HarmonicMap, source_error: float, image_error: float) ->
     samples = PatchSamples(map, source_error, image_error)
     for rounds_left in reversed(range(REFINEMENT_ROUNDS)):
         terms_before = samples.terms
+        samples.terms += TERMS_OF_A_TRIANGLE * len(mesh.faces)
         samples.extend(mesh.z)
         bulge, marked = samples.edges(mesh.z, mesh.edges)
         marked |= samples.triangles(mesh, bulge, marked)
         terms_after_next = samples.terms + MOST_GROWTH * (samples.terms - terms_before)
-        if len(mesh.faces) > MOST_TRIANGLES or terms_after_next > MOST_TERMS:
-            break
-        if not marked.any() or not rounds_left:
+        if terms_after_next > MOST_TERMS or not marked.any() or not rounds_left:
             break
         mesh = mesh.refined(marked)
     faces, image = mesh.faces, samples.w[: mesh.z.size]
@@ -129,7 +131,8 @@ class PatchSamples:
         p, q: the inverse's derivatives with respect to w and its conjugate there; not finite where there are
             none.
         checked: keys of the triangles whose midpoints were compared with the map, in order.
-        terms: number of points at which the map was evaluated, times the vertices of its polygon.
+        terms: number of points at which the map was evaluated, times the vertices of its polygon; the work on triangles
+            is added in the same unit.
     """
 
     def __init__(self, map: HarmonicMap, source_error: float, image_error: float):

@@ -22,8 +22,10 @@ ERROR_SHARE = 1e-4
 """Of the diagonal of either side, at which refinement ends: a tenth of a pixel of 1000."""
 REFINEMENT_ROUNDS = 14
 """Each halves edges; so many take an edge that is as long as the shape to ERROR_SHARE."""
-MOST_TRIANGLES = 200_000
-"""An irregular map could need more than is useful."""
+MOST_TRIANGLES, MOST_REFINED = 200_000, 8
+"""Triangles of all rounds together, besides so many for each one of the first mesh: some CPU-seconds. Regular maps need
+about eight for each one; an irregular one could need more than is useful.
+"""
 
 Function = Callable[[Complex], Complex]
 
@@ -62,6 +64,7 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
     images = both_images(middle)
     sizes = np.array([diagonal(w) for w in images])
     composition: Composition | None = None
+    triangles_left = MOST_TRIANGLES + MOST_REFINED * len(faces)
     for _ in range(REFINEMENT_ROUNDS):
         mesh = Triangulation(middle, faces, neighbours(faces, middle.size))
         i, j = mesh.edges.ends.T
@@ -83,7 +86,8 @@ def composed(middle: Complex, faces: Index, backward: Function, forward: Functio
             break  # smaller triangles straddle bends of the maps between them
         marked = errors > ERROR_SHARE
         marked[mesh.edges.sides[folded]] = True
-        if not marked.any() or len(faces) > MOST_TRIANGLES:
+        triangles_left -= len(faces)
+        if not marked.any() or len(faces) > triangles_left:
             break
         old_count = middle.size
         middle, faces = bisected(mesh, marked)
@@ -107,19 +111,24 @@ def flip_folded(images: Complex, mesh: Triangulation, folded: Flags) -> tuple[In
     A triangle that straddles a sharp bend of a map is folded though the map is not; with the other diagonal of the
     quadrilateral, the edge follows the bend.
     """
-    faces, across, folded = mesh.faces.copy(), mesh.across, folded.copy()
+    faces, folded = mesh.faces.copy(), folded.copy()
+    triangle, corner = (
+        index.ravel() for index in np.meshgrid(np.flatnonzero(folded), range(3), indexing="ij")
+    )
+    neighbour = mesh.across[triangle, corner]
+    triangle, corner, neighbour = (index[neighbour >= 0] for index in (triangle, corner, neighbour))
+    a, b, c = (mesh.faces[triangle, (corner + k) % 3] for k in range(3))
+    # the neighbour's corner that is not on the edge
+    d = mesh.faces[neighbour].sum(axis=1) - b - c
+    pairs = np.array([[a, b, d], [a, d, c]]).transpose(2, 0, 1)
+    flipped = pairs.reshape(-1, 3)
+    sound = ~_folded(images, flipped) & (triangle_areas(mesh.z[flipped]) > 0)
+    useful = np.flatnonzero(sound.reshape(-1, 2).all(axis=1))
     changed = np.zeros(len(faces), bool)
-    for t in np.flatnonzero(folded):
-        for k in range(3):
-            neighbour = across[t, k]
-            if neighbour < 0 or changed[t] or changed[neighbour]:
-                continue  # neighbours are known only of triangles that have not changed
-            a, b, c = np.roll(faces[t], -k)
-            d = faces[neighbour][~np.isin(faces[neighbour], [b, c])][0]
-            pair = np.array([[a, b, d], [a, d, c]])
-            if not _folded(images, pair).any() and not (triangle_areas(mesh.z[pair]) <= 0).any():
-                faces[[t, neighbour]] = pair
-                folded[[t, neighbour]], changed[[t, neighbour]] = False, True
+    for t, other, pair in zip(triangle[useful], neighbour[useful], pairs[useful]):
+        if not (changed[t] or changed[other]):  # neighbours are known only of triangles that have not changed
+            faces[[t, other]] = pair
+            folded[[t, other]], changed[[t, other]] = False, True
     return faces, folded
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import iccm
+from iccm.maps import approximation
 from iccm.maps.approximation import triangulated
 from iccm.maps.harmonic import HarmonicMap
 from iccm.maps.inverse import inverse
@@ -165,3 +166,18 @@ def test_an_irregular_map_is_evaluated_up_to_a_budget_and_a_regular_one_is_not_a
     counted.clear()
     triangulated(HarmonicMap(polygon, polygon + noise, np.zeros(n, complex)))
     assert sum(counted) * n > 1.5e7
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.01])
+def test_a_map_that_is_irregular_everywhere_takes_bounded_work(monkeypatch, noise):
+    z = star(120)
+    rng = np.random.default_rng(2)
+    psi = noise * (rng.normal(size=z.size) + 1j * rng.normal(size=z.size))
+    counts = []
+    refined = Triangulation.refined
+    monkeypatch.setattr(
+        Triangulation, "refined", lambda mesh, marked: counts.append(len(mesh.faces)) or refined(mesh, marked)
+    )
+    triangulated(HarmonicMap(z, z * np.exp(0.3j), psi))
+    work = approximation.TERMS_OF_A_TRIANGLE * sum(counts)
+    assert 0.05 * approximation.MOST_TERMS < work < approximation.MOST_TERMS
