@@ -196,6 +196,8 @@ def _content(path: str, file: BinaryIO) -> tuple[_Header, Iterator[bytes]]:
     ]
     if not begins:
         raise InputError(f"{path}: {_ELSEWHERE}")
+    if len(header) < begins[0]:
+        raise InputError(f"{path}: ends before its header does")
     return _nifti_header(path, header), chain([header[begins[0] :]], _blocks(source))
 
 

@@ -4,6 +4,7 @@ Nothing is unpickled, and the size of an array is compared with that of its file
 """
 
 import math
+import os
 import struct
 import zipfile
 import zlib
@@ -19,6 +20,10 @@ from ..errors import InputError, MissingFileError, naming
 
 MOST_BYTES = 1 << 30
 """Limit on the uncompressed size of an archive: maps have about 100 bytes per vertex, fields 24 per pixel."""
+UNPACKED_BYTES, UNPACKED_RATIO = 1 << 28, 100
+"""What a compressed file may unpack to: so many bytes, or relative to its size if that is more. Coordinates and meshes
+as text shrink to a thirtieth at best; a file that shrinks to a thousandth is made to fill the memory.
+"""
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Compression methods that are accepted: those that NumPy and most other programs use."""
 ERRORS = (
@@ -55,9 +60,13 @@ def opened(
     place = f"{path}: " if isinstance(path, str | PathLike) else ""
     try:
         with zipfile.ZipFile(path) as archive:
+            assert archive.fp is not None
+            most_bytes = most_unpacked(archive.fp.seek(0, os.SEEK_END), most_bytes)
             size = sum(entry.file_size for entry in archive.infolist())
             if size > most_bytes:
-                raise InputError(f"contains {size} bytes, more than the limit of {most_bytes}")
+                raise InputError(
+                    f"contains {size} bytes, more than the limit of {most_bytes} for a file of its size"
+                )
             for entry in archive.infolist():
                 if entry.compress_type not in COMPRESSIONS:
                     raise InputError(f"{entry.filename}: unsupported compression")
@@ -71,6 +80,30 @@ def opened(
     except (*ERRORS, KeyError, TypeError) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
         raise InputError(f"{place}{damaged}: {reason}") from error
+
+
+def most_unpacked(size: int, most_bytes: int) -> int:
+    """Return how many bytes a compressed file of `size` bytes may unpack to, at most `most_bytes`."""
+    return min(most_bytes, max(UNPACKED_BYTES, UNPACKED_RATIO * size))
+
+
+def gunzip(data: bytes, most_bytes: int) -> bytes:
+    """Return what compressed data unpack to.
+
+    Raises:
+        InputError: they are damaged, or unpack to more than `most_unpacked` bytes.
+    """
+    most_bytes = most_unpacked(len(data), most_bytes)
+    unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
+    try:
+        unpacked = unpacker.decompress(data, most_bytes + 1)
+    except zlib.error as error:
+        raise InputError(f"damaged: {error}; save it again") from error
+    if len(unpacked) > most_bytes:
+        raise InputError(f"unpacks to more than {most_bytes} bytes, which is the limit")
+    if not unpacker.eof:
+        raise InputError("damaged: the file is truncated; save it again")
+    return unpacked
 
 
 class Archive:
@@ -109,10 +142,13 @@ def _read_array(file: Any, size: int) -> Any:
     available, claimed = size - counted.count, math.prod(shape) * dtype.itemsize
     if claimed != available:
         raise InputError(f"its header promises {claimed} bytes, but {available} follow")
-    data = file.read(available)
-    if len(data) != available:
-        raise EOFError("truncated")
-    array = np.frombuffer(data, dtype).copy()  # frombuffer returns a read-only array
+    data = np.empty(available, np.uint8)
+    room, position = memoryview(data), 0
+    while position < available:
+        if not (count := file.readinto(room[position:])):
+            raise EOFError("truncated")
+        position += count
+    array = data.view(dtype)
     return array.reshape(shape[::-1]).T if by_columns else array.reshape(shape)
 
 

@@ -306,7 +306,8 @@ class _Archive(Archive):
         numbers = array.view("float64") if array.dtype == "complex128" and array.size else array
         if not np.isfinite(numbers).all():
             raise InputError(f"{name}: some are not finite numbers")
-        if numbers.dtype.kind == "f" and (np.abs(numbers) > MOST_COORDINATE).any():
+        largest = max(numbers.max(initial=0), -numbers.min(initial=0)) if numbers.dtype.kind == "f" else 0
+        if largest > MOST_COORDINATE:
             raise InputError(f"{name}: some numbers are larger than {MOST_COORDINATE:g}")
         return array
 

@@ -1,6 +1,5 @@
 """Cortical surfaces: GIFTI, and the surfaces and patches of FreeSurfer, read by nibabel."""
 
-import gzip
 import math
 import re
 import struct
@@ -11,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Index, Real
-from ...errors import InputError
+from ...errors import InputError, naming
 from ...meshes.mesh import Mesh
+from ...saved import archive
 from .. import extras, files, limits
 from ..isolated import process
 from .mesh_format import MeshContent, MeshFile, MeshFormat
@@ -196,14 +196,8 @@ def gifti_bytes(path: Path) -> bytes:
     data = files.read_bytes(path, max_bytes=limits.MESH_BYTES)
     if not data.startswith(b"\x1f\x8b"):
         return data
-    unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
-    try:
-        unpacked = unpacker.decompress(data, limits.MESH_BYTES)
-    except (zlib.error, gzip.BadGzipFile) as error:
-        raise InputError(f"{path}: damaged: {error}") from None
-    if not unpacker.eof:
-        raise InputError(f"{path}: damaged, or unpacks to more than {limits.MESH_BYTES} bytes")
-    return unpacked
+    with naming(path):
+        return archive.gunzip(data, limits.MESH_BYTES)
 
 
 def is_patch(path: Path) -> bool:

@@ -28,20 +28,23 @@ class ThreeMfFormat(MeshFormat):
     """3MF packages (.3mf)."""
 
     def count_faces(self, most: int) -> int:
-        """Return the number of triangles of all models, each counted once."""
+        """Return the number of triangles, those of an object as often as the build places it."""
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
         if not zipfile.is_zipfile(self.path):
             return 0
-        return sum(map(_count_triangles, self._models))
+        return max(sum(map(_count_triangles, self._models)), self._placed)
 
     def read(self) -> dict[str, MeshFile]:
         """Read each object of the build at its place, in the order of the build."""
         purpose = f"{self.path}: reading 3MF"
-        etree = extras.load(purpose, "lxml", "etree").etree
+        extras.load(purpose, "lxml", "etree")
         extras.load(purpose, "networkx")  # trimesh needs both
         import trimesh
 
-        self._check_copies(*_structure(etree, self._models))
+        if self._placed > self._keep >= 0:
+            raise InputError(
+                f"{self.path}: has {self._placed} faces, more than the limit of {self._keep}; raise --max-faces"
+            )
         declares_triangles = any(map(_count_triangles, self._models))
         del self._models  # trimesh unpacks the file itself
         scene = trimesh.load_scene(self.path, file_type="3mf", process=False)
@@ -81,30 +84,35 @@ class ThreeMfFormat(MeshFormat):
         stated = UNIT.search(start[0]) if start else None
         return UNITS.get(stated[1].decode(), 1.0) if stated else 1.0
 
-    def _check_copies(self, components: dict[str, Counter[str]], build: Counter[str]) -> None:
-        """Refuse objects that contain themselves, and too many copies of objects.
-
-        Args:
-            components: how often each object contains which others.
-            build: how often the build contains each object.
+    @cached_property
+    def _placed(self) -> int:
+        """The number of triangles that the build places.
 
         Raises:
-            InputError: an object contains itself, or there are too many copies.
+            InputError: an object contains itself, or there are too many copies of objects.
         """
-        copies = dict[str, int]()
+        etree = extras.load(f"{self.path}: reading 3MF", "lxml", "etree").etree
+        triangles, components, build = _structure(etree, self._models)
+        drawn = dict[str, tuple[int, int]]()
 
-        def copies_of(name: str, containing: tuple[str, ...]) -> int:
+        def count(name: str, containing: tuple[str, ...]) -> tuple[int, int]:
+            """Return how many copies of objects an object draws, itself included, and how many triangles."""
             if name in containing:
                 raise InputError(f"{self.path}: object {name} contains itself")
-            if name not in copies:
+            if name not in drawn:
                 inner = components.get(name, Counter())
-                chain = (*containing, name)
-                copies[name] = 1 + sum(times * copies_of(part, chain) for part, times in inner.items())
-            return copies[name]
+                parts = [(times, *count(part, (*containing, name))) for part, times in inner.items()]
+                drawn[name] = (
+                    1 + sum(times * copies for times, copies, _ in parts),
+                    triangles[name] + sum(times * faces for times, _, faces in parts),
+                )
+            return drawn[name]
 
-        total = sum(times * copies_of(name, ()) for name, times in build.items())
+        items = [(times, *count(name, ())) for name, times in build.items()]
+        total = sum(times * copies for times, copies, _ in items)
         if total > MOST_COPIES:
             raise InputError(f"{self.path}: has {total} copies of objects, more than {MOST_COPIES}")
+        return sum(times * faces for times, _, faces in items)
 
 
 def _count_triangles(model: bytes) -> int:
@@ -112,16 +120,19 @@ def _count_triangles(model: bytes) -> int:
     return sum(1 for _ in TRIANGLE.finditer(model))
 
 
-def _structure(etree: Any, models: list[bytes]) -> tuple[dict[str, Counter[str]], Counter[str]]:
-    """Return how often each object of the models contains which others, and how often the build contains each."""
-    components, build = dict[str, Counter[str]](), Counter[str]()
+def _structure(etree: Any, models: list[bytes]) -> tuple[Counter[str], dict[str, Counter[str]], Counter[str]]:
+    """Return the triangles of each object of the models, how often it contains which others, and how often the build
+    contains each.
+    """
+    triangles, components, build = Counter[str](), dict[str, Counter[str]](), Counter[str]()
     tags = "{*}object", "{*}build"
     for model in models:
         for _, element in etree.iterparse(BytesIO(model), tag=tags, resolve_entities=False, no_network=True):
             if element.tag.endswith("}build"):
                 build.update(item.get("objectid", "") for item in element.iter("{*}item"))
             else:
-                parts = Counter(part.get("objectid", "") for part in element.iter("{*}component"))
-                components[element.get("id", "")] = parts
+                name = element.get("id", "")
+                triangles[name] = sum(1 for _ in element.iter("{*}triangle"))
+                components[name] = Counter(part.get("objectid", "") for part in element.iter("{*}component"))
             element.clear()  # its vertices and triangles
-    return components, build
+    return triangles, components, build

@@ -1,7 +1,6 @@
 """The bytes of a drawing (compressed as .svgz or not), its XML, parsed safely, and the attributes that set its size."""
 
 import re
-import zlib
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -10,7 +9,8 @@ from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 from defusedxml import DefusedXmlException, EntitiesForbidden
 from defusedxml.ElementTree import XMLParser
 
-from ...errors import InputError
+from ...errors import InputError, naming
+from ...saved import archive
 from .. import files, formats, limits
 from ..lengths import CSS_PIXELS
 from .drawing_content import Rectangle
@@ -33,16 +33,8 @@ def drawing_bytes(path: Path, max_bytes: int = limits.SVG_BYTES) -> bytes:
     data = files.read_bytes(path, max_bytes=max_bytes)
     if not data.startswith(GZIP):
         return data
-    unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
-    try:
-        unpacked = unpacker.decompress(data, max_bytes + 1)
-    except zlib.error as error:
-        raise InputError(f"{path}: damaged: {error}; save it again") from error
-    if len(unpacked) > max_bytes:
-        raise InputError(f"{path}: unpacks to more than {max_bytes} bytes, which is the limit")
-    if not unpacker.eof:
-        raise InputError(f"{path}: damaged: the file is truncated; save it again")
-    return unpacked
+    with naming(path):
+        return archive.gunzip(data, max_bytes)
 
 
 def length(text: str, size: tuple[float, float] | None, axis: str, name: str = "length") -> float:

@@ -391,3 +391,12 @@ def test_landmarks_in_another_encoding_are_refused(tmp_path, monkeypatch, iccm):
     result = iccm("standardize", "a.png", "b.png", "--landmarks", "lm.tps", "-o", "OUT")
     assert result.code == 2 and len(result.lines) == 1 and "lm.tps: not a UTF-8" in result.err
     assert not Path("OUT").exists()
+
+
+@pytest.mark.parametrize("length", [12, 300])
+def test_a_nifti_that_ends_in_its_header_is_refused(iccm, shapes, length):
+    pytest.importorskip("SimpleITK", reason="SimpleITK belongs to an extra")
+    image_files.write("t.png", image_files.Image(core.checkerboard(32)[:24]))
+    Path("a.nii").write_bytes((struct.pack("<i", 540) + b"n+2\0\r\n\x1a\n" + bytes(540))[:length])
+    result = iccm("apply", "a.nii", "t.png", "-o", "o.png")
+    assert result.code == 2 and "a.nii: ends before its header" in result.err and len(result.lines) == 1

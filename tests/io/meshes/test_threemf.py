@@ -86,6 +86,16 @@ def test_components_without_end_are_refused():
             mesh_files.read(name)
 
 
+def test_triangles_count_as_often_as_they_are_placed():
+    pair = '<components><component objectid="1"/><component objectid="1"/></components>'
+    objects = f'<object id="1">{MESH}</object><object id="2">{pair}</object>'
+    package("copies.3mf", objects, '<item objectid="1"/>' + 3 * '<item objectid="2"/>')
+    placed = 2 + 3 * 2 * 2
+    mesh_files.check_size(mesh_files.Path("copies.3mf"), placed)
+    with pytest.raises(InputError, match=f"has {placed} faces, more than the limit of {placed - 1}"):
+        mesh_files.check_size(mesh_files.Path("copies.3mf"), placed - 1)
+
+
 def test_bad_packages_are_refused_in_one_line(iccm):
     package("none.3mf", f'<object id="1">{MESH}</object>', '<item objectid="9"/>')
     mesh_files.Path("junk.3mf").write_bytes(b"PK\3\4junk")
