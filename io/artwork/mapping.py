@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ... import deadline
-from ...arrays import Complex
+from ...arrays import Complex, Index, Real
+from ...curve import Curve
 from ...maps.approximation import AnyMap
 from ...maps.bezier_fit import refit
 from ..shapes.shape import Shape
@@ -306,25 +306,29 @@ class SegmentMapper:
         self._pieces = pieces
         wholes = [piece.whole if isinstance(piece, Span) else piece for piece in pieces]
         numbers = np.array([k for k, whole in enumerate(wholes) if isinstance(whole, Piece)], dtype=np.intp)
-        self._batches = batches([whole for whole in wholes if isinstance(whole, Piece)], Affine())
         spans = [(p.start, p.stop) if isinstance(p, Span) else (0.0, 1.0) for p in pieces]
         self._start, self._stop = np.array(spans).reshape(-1, 2).T
-        self._batch = np.full(len(pieces), -1)  # batch of each segment; -1 for the few parts of outlines
-        self._place = np.empty(len(pieces), dtype=np.intp)  # index of each segment in its batch
-        for k, batch in enumerate(self._batches):
-            self._batch[numbers[batch.number]] = k
+        self._batch = np.empty(len(pieces), dtype=np.intp)  # of each segment
+        self._place = np.zeros(len(pieces), dtype=np.intp)  # index of each segment in its batch
+        self._batches = list[Callable[[Index, Real], Complex]]()
+        for batch in batches([whole for whole in wholes if isinstance(whole, Piece)], Affine()):
+            self._batch[numbers[batch.number]] = len(self._batches)
             self._place[numbers[batch.number]] = np.arange(batch.number.size)
+            self._batches.append(batch.at)
+        outlines: dict[Curve, list[int]] = {}
+        for k, whole in enumerate(wholes):
+            if isinstance(whole, Curve):
+                outlines.setdefault(whole, []).append(k)
+        for outline, parts in outlines.items():
+            self._batch[parts] = len(self._batches)
+            self._batches.append(lambda _, arclength, outline=outline: outline.at(arclength))
 
     def __call__(self, segment: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
-        """Return points at parameters in [0, 1]; equal segment numbers are consecutive, but not sorted."""
+        """Return points at parameters in [0, 1] of the numbered segments."""
         out = np.empty(t.size, dtype=np.complex128)
         batch = self._batch[segment]
         parameters = self._start[segment] + (self._stop - self._start)[segment] * t
-        for k, pieces in enumerate(self._batches):
+        for k, points_at in enumerate(self._batches):
             points = np.flatnonzero(batch == k)
-            out[points] = pieces.at(self._place[segment[points]], parameters[points])
-        on_outlines = np.flatnonzero(batch < 0)
-        cuts = np.flatnonzero(np.diff(segment[on_outlines], prepend=-1, append=-1))
-        for a, b in pairwise(cuts):
-            out[on_outlines[a:b]] = self._pieces[segment[on_outlines[a]]].at(t[on_outlines[a:b]])
+            out[points] = points_at(self._place[segment[points]], parameters[points])
         return out

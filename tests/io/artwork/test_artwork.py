@@ -963,3 +963,19 @@ def test_path_data_in_style_sheets_are_mapped(tmp_path, monkeypatch, iccm):
     )
     assert first == second and len(first) == 1
     assert "path(" not in (tmp_path / "o-css.svg").read_text()
+
+
+def test_parts_of_outlines_are_evaluated_together(monkeypatch):
+    round_outline = 2 + 1j + np.exp(2j * np.pi * np.arange(30) / 30)
+    outlines = [Curve(np.array([0, 3, 3 + 2j, 2j])), Curve(round_outline)]
+    curve = Bezier((0j, 1 + 2j, 3j, 4 + 1j))
+    parts = [Span(outlines[k % 2], 0.07 * k, 5 - 0.11 * k) for k in range(90)]
+    parts += [curve, Span(curve, 0.7, 0.2), Span(outlines[0], 14, -3)]
+    t = np.array([0, 0.3, 1])
+    expected = np.concatenate([part.at(t) for part in parts])
+    calls, at = [], Curve.at
+    monkeypatch.setattr(Curve, "at", lambda outline, s: calls.append(np.size(s)) or at(outline, s))
+    numbers = np.random.default_rng(1).permutation(len(parts))
+    points = SegmentMapper(parts)(np.repeat(numbers, t.size), np.tile(t, numbers.size))
+    assert np.allclose(points.reshape(-1, t.size), expected.reshape(-1, t.size)[numbers], atol=1e-12)
+    assert sorted(calls) == [45 * t.size, 46 * t.size]
