@@ -185,11 +185,12 @@ class _Pictures:
     @property
     def notes(self) -> list[str]:
         """Notes on the textures."""
-        return self.cut + [
-            _with_path(picture.path, note)
-            for picture, (image, _) in zip(self.pictures, self.read)
-            for note in image.notes
-        ]
+        notes = [*self.cut]
+        for picture, (image, _) in zip(self.pictures, self.read):
+            notes += [_with_path(picture.path, note) for note in image.notes]
+            losses = image_files.losses(picture.output, image)
+            notes += [f"{picture.output}: {loss}" for loss in losses]
+        return notes
 
     def write(self, stack: ExitStack) -> tuple[list[str], list[Origin]]:
         """Write the pictures; return their names, and the origins of the texels."""

@@ -50,8 +50,11 @@ class BakedMesh(Output):
     def check(self, run: Run) -> None:
         """Check the layouts, the textures and memory, and whether the mesh's format can contain the pictures."""
         for map in _shown(run.job):
-            image, width, height = check_bake(run.with_texture(map))
+            with_map = run.with_texture(map)
+            image, width, height = check_bake(with_map)
             image_files.check(HELD_AS, image, height, width)
+            losses = image_files.losses(HELD_AS, with_map.image)
+            run.note(*(f"{self.name}, which holds a picture: {loss}" for loss in losses))
 
     def companion_files(self, run: Run) -> list[str]:
         """Return the names of the material library and of the pictures."""
