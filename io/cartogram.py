@@ -71,6 +71,10 @@ def write(
         raise InputError(f"{save}: a saved map; choose a name that ends in .npz")
     if output != "-" and Path(output).suffix.lower() not in (".geojson", ".json"):
         raise InputError(f"{output}: a cartogram is GeoJSON; choose a name that ends in .geojson")
+    if key is not None and values is None:
+        raise InputError(
+            "--key: has no effect, because values are read from the regions; name a table with --values"
+        )
     with naming(path):
         content = topology.as_geojson(_content(path))
         features = _features(content, tell)

@@ -134,6 +134,11 @@ def write(
         raise InputError(
             f"--vectors {vectors}: only applies to pictures (.exr .tif), and {output} is not one"
         )
+    if moving and not (in_space or arrays or vectors == PIXELS):
+        raise InputError(
+            f"--moving: has no effect, because {output} is an STMap, which holds shares of the source's canvas; leave "
+            "it out, or add --vectors pixels"
+        )
     if in_space:
         simple_itk()
     if fixed and size:

@@ -68,6 +68,19 @@ class MorphSettings:
     fps: float = 12.0
     back_and_forth: bool = False
 
+    def refuse_animation(self) -> None:
+        """Refuse options of animations, if each frame is a file.
+
+        Raises:
+            InputError: one was given.
+        """
+        for option in ("fps", "back_and_forth"):
+            if getattr(self, option) != getattr(MorphSettings, option):
+                raise InputError(
+                    f"--{option.replace('_', '-')}: has no effect, because each frame is a file; write an animation, "
+                    "such as -o FILE.webp"
+                )
+
     def ordered(self, frames: Sequence[T], *, is_closed: bool = False) -> list[T]:
         """Return frames in the order in which an animation shows them in a loop.
 
@@ -158,6 +171,8 @@ def run(
         raise InputError(
             f"--fit {job.fit}: hides parts of a shape, but a morph shows all of it; use one of {able}"
         )
+    if all(NUMBER in name for name in outputs):
+        settings.refuse_animation()
     names = {name: _names(name, settings.frames) for name in outputs}
     written = [frame_name for group in names.values() for frame_name in group]
     phases = Phases()

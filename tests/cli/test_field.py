@@ -145,7 +145,8 @@ def test_pixel_vectors_lead_to_the_source(field_files, iccm):
     "options", [("field.nrrd",), ("remap.npz",), ("v.exr", "--vectors", "pixels"), ("st.tif",)]
 )
 def test_apply_reads_each_field_back(field_files, iccm, options):
-    result = iccm("field", "map.npz", *options[1:], "-o", options[0], "--moving", "leaf.png")
+    moving = () if options[0] == "st.tif" else ("--moving", "leaf.png")
+    result = iccm("field", "map.npz", *options[1:], "-o", options[0], *moving)
     assert result.code == 0, result.err
     result = iccm("apply", options[0], "leaf.png", "-o", "back.png", "--filter", "linear")
     assert result.code == 0, result.err

@@ -24,6 +24,12 @@ def files(tmp_path, monkeypatch):
         Path(name).write_text(text)
     rng = np.random.default_rng(4)
     Image.fromarray(rng.integers(0, 255, (12, 16, 3), dtype=np.uint8)).save("t.png")
+    rings = [[0, 0], [9, 0], [9, 5], [0, 0]], [[9, 0], [14, 1], [9, 5], [9, 0]]
+    features = [
+        {"type": "Feature", "properties": {"v": value, "name": value},
+         "geometry": {"type": "Polygon", "coordinates": [ring]}} for value, ring in zip((2, 7), rings)
+    ]  # fmt: skip
+    Path("regions.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features}))
     Path("points.csv").write_text("x,y\n20,20\n30,25\n")
     return tmp_path
 
@@ -64,10 +70,14 @@ def files(tmp_path, monkeypatch):
         "apply b.npz t.png -o o.png --unmapped keep",
         "apply b.npz a.svg -o o.svg --filter nearest",
         "apply b.npz a.svg -o o.svg --edge repeat",
+        "field b.npz -o o.tif --moving t.png",
+        "cartogram regions.geojson --by v --key name -o o.geojson",
+        "morph a.svg b.svg -o m-{number}.svg --frames 3 --fps 5",
+        "morph a.svg b.svg -o m-{number}.svg --frames 3 --back-and-forth",
     ],
 )
 def test_an_option_without_effect_is_refused(iccm, files, command):
-    if command.startswith("apply"):
+    if command.startswith(("apply", "field")):
         assert iccm(*["map", "a.svg", "b.svg", "-o", "b.npz"]).code == 0
     before = sorted(files.iterdir())
     result = iccm(*command.split())
