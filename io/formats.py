@@ -130,7 +130,8 @@ FORMATS = {
     ".webp": Format(PictureFormat("display", (8,), grey=False, hidden=False, encoder="lossless")),
     ".hdr": Format(PictureFormat("linear", (), grey=False, alpha=False, hidden=False, profile=False)),
     ".bmp": Format(PictureFormat("display", (8,), grey=False, profile=False)),
-    ".tga": Format(PictureFormat("display", (8,), profile=False)),
+    # readers take the second channel of two for a colour
+    ".tga": Format(PictureFormat("display", (8,), grey=False, profile=False)),
     ".jxl": Format(PictureFormat(grey=False, named=True, encoder="jpegxl:100")),
     ".dpx": Format(PictureFormat(named=True, profile=False)),
     **dict.fromkeys(READ_ONLY, Format(PictureFormat("display", (8,)))),

@@ -24,6 +24,7 @@ UNPACKED_BYTES, UNPACKED_RATIO = 1 << 28, 100
 """What a compressed file may unpack to: so many bytes, or relative to its size if that is more. Coordinates and meshes
 as text shrink to a thirtieth at best; a file that shrinks to a thousandth is made to fill the memory.
 """
+BLOCK_BYTES = 1 << 20  # of an array that are unpacked at a time
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Compression methods that are accepted: those that NumPy and most other programs use."""
 ERRORS = (
@@ -145,7 +146,7 @@ def _read_array(file: Any, size: int) -> Any:
     data = np.empty(available, np.uint8)
     room, position = memoryview(data), 0
     while position < available:
-        if not (count := file.readinto(room[position:])):
+        if not (count := file.readinto(room[position : position + BLOCK_BYTES])):
             raise EOFError("truncated")
         position += count
     array = data.view(dtype)

@@ -168,11 +168,10 @@ def test_an_irregular_map_is_evaluated_up_to_a_budget_and_a_regular_one_is_not_a
     assert sum(counted) * n > 1.5e7
 
 
-@pytest.mark.parametrize("noise", [0.003, 0.01])
-def test_a_map_that_is_irregular_everywhere_takes_bounded_work(monkeypatch, noise):
+def test_a_map_that_is_irregular_everywhere_takes_bounded_work(monkeypatch):
     z = star(120)
     rng = np.random.default_rng(2)
-    psi = noise * (rng.normal(size=z.size) + 1j * rng.normal(size=z.size))
+    psi = 0.05 * (rng.normal(size=z.size) + 1j * rng.normal(size=z.size))
     counts = []
     refined = Triangulation.refined
     monkeypatch.setattr(
@@ -180,4 +179,4 @@ def test_a_map_that_is_irregular_everywhere_takes_bounded_work(monkeypatch, nois
     )
     triangulated(HarmonicMap(z, z * np.exp(0.3j), psi))
     work = approximation.TERMS_OF_A_TRIANGLE * sum(counts)
-    assert 0.05 * approximation.MOST_TERMS < work < approximation.MOST_TERMS
+    assert 0.2 * approximation.MOST_TERMS < work < approximation.MOST_TERMS

@@ -45,7 +45,7 @@ def test_a_header_does_not_raise_the_limit(tmp_path, small):
 
 
 def test_an_array_is_unpacked_in_its_place(tmp_path):
-    np.savez_compressed(tmp_path / "a.npz", a=np.tile(NUMBERS, (100, 1)))
+    np.savez_compressed(tmp_path / "a.npz", a=np.tile(NUMBERS, (1000, 1)))
     tracemalloc.start()
     try:
         array = member(tmp_path / "a.npz")
