@@ -184,19 +184,13 @@ def _with_kept_outlines(problem: UnitProblem, start: MeshMap, journal: SolveLog)
         NoMapError: the earlier map cannot be transferred to these outlines without folds.
     """
     level, options = final_level(problem), problem.options
+    if options.keep_start and not options.has_bounds:
+        # however coarse: where maps fold on finer meshes, it is the result of a solve
+        kept = warm_start.met_on_its_mesh(level, start, coarse=True)
+        if kept is not None and _meets_soft_pins(kept):
+            journal.energies.append(problem.energy.between(kept.z, kept.u, kept.material, kept.metrics))
+            return kept
     same_mesh_map = warm_start.met_on_its_mesh(level, start)
-    if (
-        same_mesh_map is not None
-        and options.keep_start
-        and not options.has_bounds
-        and _meets_soft_pins(same_mesh_map)
-    ):
-        journal.energies.append(
-            problem.energy.between(
-                same_mesh_map.z, same_mesh_map.u, same_mesh_map.material, same_mesh_map.metrics
-            )
-        )
-        return same_mesh_map
     # with other sizes, or pins that may have moved, the map has to change
     at_rest = same_mesh_map is not None and problem.metrics == PLANES and problem.energy.pins is None
     decrease = warm_start.AT_REST_DECREASE if at_rest else None

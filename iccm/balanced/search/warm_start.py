@@ -64,9 +64,12 @@ def continue_from(level: Level, start: MeshMap) -> DiscreteMap:
     return _constrained(level, state).relax()
 
 
-def met_on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
-    """Return the earlier map unchanged if it meets the level's constraints on its own mesh; None if not."""
-    state = on_its_mesh(level, start)
+def met_on_its_mesh(level: Level, start: MeshMap, *, coarse: bool = False) -> DiscreteMap | None:
+    """Return the earlier map unchanged if it meets the level's constraints on its own mesh; None if not.
+
+    A mesh with too few triangles to continue from counts only if `coarse`, as for a map that is to be kept.
+    """
+    state = on_its_mesh(level, start, coarse=coarse)
     return state if state is not None and state.miss == 0 else None
 
 
@@ -144,15 +147,15 @@ def _followed(rim: Complex, outline: Curve, tolerance: float) -> Curve | None:
     return curve if away <= tolerance else None
 
 
-def on_its_mesh(level: Level, start: MeshMap) -> DiscreteMap | None:
+def on_its_mesh(level: Level, start: MeshMap, *, coarse: bool = False) -> DiscreteMap | None:
     """Return the earlier map on its own mesh.
 
     Returns:
         The map; None unless its outlines are the level's, all pins are among its vertices, and it has enough
-        triangles.
+        triangles or may be `coarse`.
     """
     problem = level.problem
-    if len(start.faces) < LEAST_TRIANGLE_SHARE * TRIANGLES_PER_AREA / level.size**2:
+    if not coarse and len(start.faces) < LEAST_TRIANGLE_SHARE * TRIANGLES_PER_AREA / level.size**2:
         return None
     if folds(start.faces, start.u) or folds(start.faces, start.z):  # possible if outlines moved
         return None

@@ -10,6 +10,7 @@ from iccm.balanced.errors import Stuck
 from iccm.balanced.meshing.mesh import Sizes, triangulate
 from iccm.balanced.search import multilevel
 from iccm.balanced.search.grid_paths import route
+from iccm.maps.triangulated.map import TriangulatedMap
 from tests import shapes
 
 SQUARE = np.array([0, 1, 1 + 1j, 1j])
@@ -155,6 +156,32 @@ def test_a_kept_start_is_the_result_if_it_meets_the_pins():
     assert np.abs(first.map(z) - moved.map(z)).max() > 1e-4
     solved = iccm.fit(SQUARE, TEE, pins=[(0.4 + 0.4j, 0.5 + 0.2j)], start=first, keep_start=True)
     assert solved.status is Status.REACHED and np.abs(first.map(z) - solved.map(z)).max() > 0.1
+
+
+@pytest.mark.slow
+def test_a_start_is_kept_however_coarse_its_mesh_is():
+    """So are maps that fold on finer meshes."""
+    count = 5
+    x, y = np.meshgrid(np.linspace(0, 1, count), np.linspace(0, 1, count))
+    grid = (x + 1j * y).ravel()
+    image = 2 * grid + (0.2 + 0.1j) * np.sin(np.pi * grid.real) * np.sin(np.pi * grid.imag)
+    lower_left = (np.arange(count - 1) + count * np.arange(count - 1)[:, None]).ravel()
+    right, up = 1, count
+    faces = np.concatenate(
+        [
+            np.stack([lower_left, lower_left + right, lower_left + right + up], 1),
+            np.stack([lower_left, lower_left + right + up, lower_left + up], 1),
+        ]
+    )
+    edge, last = np.arange(count - 1), count * count - 1
+    rim = np.concatenate([edge, count - 1 + up * edge, last - edge, up * (count - 1 - edge)])
+    start = TriangulatedMap(grid, image, faces, (rim,))
+    pins = [(0.45 + 0.6j, start(np.array([0.45 + 0.6j]))[0])]
+    kept = iccm.fit(SQUARE, 2 * SQUARE, pins=pins, start=start, keep_start=True)
+    z = np.array([0.3 + 0.2j, 0.7 + 0.4j, 0.55 + 0.9j])
+    assert kept.status is Status.REACHED and np.abs(kept.map(z) - start(z)).max() < 1e-12
+    continued = iccm.fit(SQUARE, 2 * SQUARE, pins=pins, start=start)
+    assert np.abs(continued.map(z) - start(z)).max() > 1e-3
 
 
 @pytest.mark.slow
