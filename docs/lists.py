@@ -24,9 +24,11 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def menu_of_page(fits: dict[str, FitMode] = FITS) -> str:
-    """Return the options of the menu on the page, with the sentence that is shown below it."""
+    """Return the buttons of the dialog on the page; the page fills in the picture and figures of each."""
     return "".join(
-        f'        <option value="{name}" data-hint="{escape(mode.help)}">{_line(mode)}</option>\n'
+        f'      <button type="button" data-fit="{name}"><span class="picture"></span>'
+        f'<span class="names">{mode.title}</span><span class="hint">{escape(mode.help)}</span>'
+        '<span class="figures"></span></button>\n'
         for name, mode in fits.items()
     )
 
@@ -116,8 +118,8 @@ def figures(report: str, section: str) -> str:
 LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
     (
         "io/edit/page/index.html",
-        '<select id="how" aria-describedby="how-hint">\n',
-        "      </select>",
+        '<div id="fits-shown">\n',
+        "    </div>",
         menu_of_page,
     ),
     (

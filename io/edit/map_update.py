@@ -173,9 +173,20 @@ def figures(report: dict[str, Any]) -> dict[str, Any]:
     return {name: report[name] for name in (*names, *SEEN, *LOST) if name in report}
 
 
-def verdict(status: Status, report: dict[str, Any], *, deformed: bool, bent: int = 0) -> str:
-    """Return a sentence about a converged map, for users who have never seen a report; `bent` is the number of features
-    that it bends.
+def verdict(
+    status: Status, report: dict[str, Any], *, deformed: bool, constrained: bool, bent: int = 0
+) -> str:
+    """Return a sentence about a converged map, for users who have never seen a report.
+
+    Whether a picture that was changed by hand is good, only the person can tell: then the sentence is about what was
+    kept.
+
+    Args:
+        status: of the map.
+        report: figures of the map.
+        deformed: whether there is no target.
+        constrained: whether there are pins, strokes or rigid regions.
+        bent: number of features of the picture that the map bends.
     """
     if not status.ok:
         return status.value
@@ -194,7 +205,8 @@ def verdict(status: Status, report: dict[str, Any], *, deformed: bool, bent: int
     elif flaws:
         sentence = f"The shapes fit, {folds}, but {' and '.join(flaws)}."
     else:
-        sentence = f"{'The shapes fit' if bent else 'Good fit'}: the scale is nearly uniform, {folds}."
+        subject = "The picture follows" if constrained else "The shapes fit" if bent else "Good fit"
+        sentence = f"{subject}: the scale is nearly uniform, {folds}."
     if not bent:
         return sentence
     places = "one place" if bent == 1 else f"{bent} places"

@@ -550,7 +550,9 @@ class Session:
             choice.cost_ratio,
         )
         bent = self.view.bent(solved.maps)
-        message = verdict(status, report, deformed=self.pair.deforming, bent=len(bent))
+        message = verdict(
+            status, report, deformed=self.pair.deforming, constrained=scene.constrained, bent=len(bent)
+        )
         return replace(
             MapUpdate("full", status.ok, message, *details, bent=bent),
             patches=self.view.soft_pins(scene, solved.pins, *solved.soft_pins),

@@ -8,7 +8,7 @@ from typing import Any
 from .workspace import without_folders
 
 SENTENCES = ("message", "error", "notes")  # fields of messages that contain text for the user
-CONTROLS = {"exact_pins": "Nail", "fit": "Fit", "radius": "Radius", "turn": "Rotation"}
+CONTROLS = {"exact_pins": "Exactly here", "fit": "Fit", "radius": "Keeps its form within", "turn": "Rotation"}
 """What the page calls an option that a note names in parentheses; names of other options are left out."""
 CURES = {
     "--parts joined": "choose Frames under Fit to map them together",
@@ -18,6 +18,14 @@ CURES = {
 """What users of the page can do where a message recommends an option, or a part of a file; other recommendations of
 options are left out.
 """
+PLAIN_WORDS = {
+    " (10,20:30,40,tolerance=2)": "",
+    "Soft pins miss": "Pins miss",
+    "give them a smaller tolerance to come closer": "enter less under “May miss its place by” to come closer",
+    "as a soft pin it": "it otherwise",
+    "as soft pins some": "some otherwise",
+}
+"""Terms of constraints files, and what users of the page understand without having read about them."""
 
 _SUBJECT = re.compile(r"^--[a-z][a-z-]*(?: [a-z]+)?: ")
 _FOLDER = re.compile(r"^(?:[A-Za-z]:)?[\\/](?:[^:]*[\\/])?(?=[^\\/:]+: )")
@@ -36,6 +44,8 @@ def on_page(text: str) -> str:
     >>> on_page("/home/ann/my cards/heart.svg: pin 2: (20, 20) is 8 outside the shape; move it inside")
     'heart.svg: pin 2: (20, 20) is 8 outside the shape; move it inside'
     """
+    for term, plain in PLAIN_WORDS.items():
+        text = text.replace(term, plain)
     text = _SUBJECT.sub("", _FOLDER.sub("", without_folders(text)))
     text = _CURE.sub(_cure, _ALTERNATIVE.sub("", text))
     return _NAMES.sub(_control, text)

@@ -175,7 +175,6 @@ function disableControls(hello, panes) {
   }
   document.body.classList.toggle('deforming', hello.deforming);
   button('fits-show').hidden = hello.source.mesh || hello.target.mesh;
-  select('how').disabled = hello.source.mesh || hello.target.mesh || hello.deforming;
   input('any').disabled = hello.deforming;
   button('suggest').disabled = hello.deforming;
   button('draw').disabled = hello.deforming;

@@ -1,6 +1,7 @@
 // The controls beside and above the shapes: settings of the map, undo, suggested pins and overlays.
 
-import {button, byId, input, output, select} from './dom.js';
+import {button, byId, input, output} from './dom.js';
+import {showFit} from './fits.js';
 import {report} from './status.js';
 
 /** @import {Editor} from './editor.js' */
@@ -38,10 +39,6 @@ export function listenToControls({editor, link, panes, actions}) {
 
 /** @param {Editor} editor */
 function listenToMapControls(editor) {
-  select('how').onchange = () => {
-    editor.scene.fit = select('how').value;
-    editor.commit();
-  };
   input('balance').oninput = () => {
     editor.scene.balance = Number((10 ** Number(input('balance').value)).toFixed(2));
     editor.follow();
@@ -98,7 +95,9 @@ export function showControls(editor, hello) {
   const {scene, suggested, history} = editor, anyTurn = scene.turn === 'any';
   byId('accept').hidden = suggested.length === 0;
   byId('dismiss').hidden = suggested.length === 0;
-  byId('none').hidden = scene.pins.length + scene.strokes.length + scene.rigid.length > 0;
+  const isEmpty = scene.pins.length + scene.strokes.length + scene.rigid.length === 0;
+  byId('none').hidden = !isEmpty;
+  button('save').hidden = isEmpty && !editor.dirty;
   const shortCount = scene.pins.filter((pin) => editor.wanted(pin)).length;
   button('search').hidden = shortCount === 0;
   button('search').textContent = `Search for a map that reaches ${shortCount > 1 ? 'these places' : 'that place'}`;
@@ -111,8 +110,7 @@ export function showControls(editor, hello) {
   input('turn').disabled = anyTurn || hello.deforming;
   if (!anyTurn) input('turn').value = String(scene.turn);
   output('turn-value').value = anyTurn ? 'any' : `${scene.turn}°`;
-  select('how').value = scene.fit;
-  byId('how-hint').textContent = select('how').selectedOptions[0].dataset.hint ?? '';
+  showFit(scene.fit);
   document.body.classList.toggle('dirty', editor.dirty);
   document.body.classList.toggle('busy', editor.busy);
 }

@@ -1,6 +1,6 @@
 // The dialog that shows the result of every fit as a thumbnail, to choose one by eye.
 
-import {button, byId, dialog, select} from './dom.js';
+import {button, byId, dialog} from './dom.js';
 import {rounded} from './figures.js';
 
 /** @import {Editor} from './editor.js' */
@@ -9,11 +9,67 @@ import {rounded} from './figures.js';
 const THUMBNAIL_SIZE = 256;  // pixels of the longer side
 const ALL_SHARE = 0.995;     // from which all of a shape counts as seen
 
-/** @typedef {{value: string, name: string}} Fit */
+/** The button of a fit: its value, its name, and where its picture and figures go. */
+class Tile {
+  /** @param {HTMLButtonElement} element */
+  constructor(element) {
+    this.element = element;
+    this.value = element.dataset.fit ?? '';
+    this.picture = childOf(element, '.picture');
+    this.title = childOf(element, '.names');
+    this.figures = childOf(element, '.figures');
+    this.name = this.title.textContent ?? '';
+    /** The names of the fits with the same result. */
+    this.names = [this.name];
+  }
+
+  /** @param {boolean} isPresent whether it is the fit of the scene */
+  clear(isPresent) {
+    this.names = [this.name];
+    this.title.textContent = this.name;
+    this.picture.replaceChildren();
+    this.figures.textContent = '';
+    this.element.hidden = false;
+    this.element.setAttribute('aria-pressed', String(isPresent));
+  }
+
+  /** @param {Result} result */
+  show({blob, figures, text}) {
+    if (blob) {
+      const image = new Image();
+      image.src = URL.createObjectURL(blob);
+      image.alt = '';
+      image.onload = () => URL.revokeObjectURL(image.src);
+      this.picture.replaceChildren(image);
+      this.figures.textContent = inWords(figures);
+    } else {
+      this.picture.textContent = text;
+    }
+  }
+
+  /**
+   * Show that another fit has the same result, in place of its own tile.
+   * @param {Tile} other
+   */
+  share(other) {
+    this.names.push(other.name);
+    this.title.textContent = this.names.join(', ');
+    other.element.hidden = true;
+    if (other.element.getAttribute('aria-pressed') === 'true') this.element.setAttribute('aria-pressed', 'true');
+  }
+}
+
+/**
+ * @param {HTMLElement} element
+ * @param {string} selector
+ */
+const childOf = (element, selector) => /** @type {HTMLElement} */ (element.querySelector(selector));
+
 /** The result of a fit; the text says why there is none. @typedef {{blob?: Blob, bytes: string, figures: Figures, text: string}} Result */
 
 export class Fits {
   #editor;
+  #tiles = [.../** @type {NodeListOf<HTMLButtonElement>} */ (document.querySelectorAll('[data-fit]'))].map((element) => new Tile(element));
   /** Stops the thumbnails that are not there yet. */
   #leaving = new AbortController();
 
@@ -22,71 +78,49 @@ export class Fits {
     this.#editor = editor;
     button('fits-show').onclick = () => this.show();
     dialog('fits').onclose = () => this.#leaving.abort();
+    for (const {element, value} of this.#tiles) element.onclick = () => this.#choose(element, value);
   }
 
-  /** Open the dialog, and show one tile for each result; fits with the same result share one. */
+  /** Open the dialog, and show one result after the other, the automatic one first; fits with the same result share a tile. */
   async show() {
     const scene = structuredClone(this.#editor.scene), {signal} = this.#leaving = new AbortController();
-    const fits = [...select('how').options].map(({value, text}) => ({value, name: text.replace(/:.*/, '')}));
-    /** Tiles, with their fits, by the bytes of their pictures. @type {Map<string, {tile: HTMLButtonElement, shared: Fit[]}>} */
-    const tiles = new Map();
-    byId('fits-shown').replaceChildren();
+    /** Tiles by the bytes of their pictures. @type {Map<string, Tile>} */
+    const shown = new Map();
+    for (const tile of this.#tiles) tile.clear(tile.value === scene.fit);
     byId('fits-said').textContent = 'Comparing…';
     dialog('fits').showModal();
-    await Promise.all(fits.map(async (fit) => {
-      const result = await resultOf({...scene, fit: fit.value}, signal);
+    for (const tile of this.#tiles) {
+      const result = await resultOf({...scene, fit: tile.value}, signal);
       if (signal.aborted) return;
-      const key = result.bytes || fit.value, entry = tiles.get(key) ?? {tile: tileOf(result), shared: []};
-      tiles.set(key, entry);
-      entry.shared.push(fit);
-      entry.shared.sort((a, b) => fits.indexOf(a) - fits.indexOf(b));
-      this.#name(entry.tile, entry.shared, scene.fit);
-      byId('fits-shown').append(entry.tile);
-    }));
-    if (signal.aborted) return;
-    const inOrder = [...tiles.values()].sort((a, b) => fits.indexOf(a.shared[0]) - fits.indexOf(b.shared[0]));
-    byId('fits-shown').replaceChildren(...inOrder.map(({tile}) => tile));
+      const alike = shown.get(result.bytes);
+      if (alike) {
+        alike.share(tile);
+      } else {
+        tile.show(result);
+        if (result.bytes) shown.set(result.bytes, tile);
+      }
+    }
     byId('fits-said').textContent = '';
   }
 
   /**
-   * Name the fits that have the result of a tile.
-   * @param {HTMLButtonElement} tile
-   * @param {Fit[]} shared in the order of the menu, in which the automatic one is the first
-   * @param {string} present the fit of the scene
+   * @param {HTMLButtonElement} element
+   * @param {string} value
    */
-  #name(tile, shared, present) {
-    const isPresent = shared.some(({value}) => value === present);
-    /** @type {HTMLElement} */ (tile.querySelector('.names')).textContent = shared.map(({name}) => name).join(', ');
-    tile.classList.toggle('automatic', shared[0].value === 'auto');
-    tile.setAttribute('aria-pressed', String(isPresent));
-    tile.onclick = () => {
-      dialog('fits').close();
-      if (isPresent) return;
-      this.#editor.scene.fit = shared[0].value;
-      this.#editor.commit();
-    };
+  #choose(element, value) {
+    dialog('fits').close();
+    if (element.getAttribute('aria-pressed') === 'true') return;
+    this.#editor.scene.fit = value;
+    this.#editor.commit();
   }
 }
 
-/** @param {Result} result */
-function tileOf({blob, figures, text}) {
-  const element = document.createElement('button'), [picture, names, words] = [0, 1, 2].map(() => element.appendChild(document.createElement('span')));
-  element.type = 'button';
-  element.setAttribute('aria-pressed', 'false');
-  picture.className = 'picture';
-  names.className = 'names';
-  words.className = 'hint';
-  if (blob) {
-    const image = picture.appendChild(new Image());
-    image.src = URL.createObjectURL(blob);
-    image.alt = '';
-    image.onload = () => URL.revokeObjectURL(image.src);
-    words.textContent = inWords(figures);
-  } else {
-    picture.textContent = text;
-  }
-  return element;
+/**
+ * Name the present fit on the button that opens the dialog.
+ * @param {string} value
+ */
+export function showFit(value) {
+  byId('fit-name').textContent = document.querySelector(`[data-fit=${value}] .names`)?.textContent?.replace(/,.*/, '') ?? value;
 }
 
 /**

@@ -168,7 +168,7 @@ export class Pane {
     if (text === this.#silhouette) return;
     this.#silhouette = text;
     this.painter.outlines(rings ?? this.rings);
-    this.painter.tone(toned ?? [], colors?.[0] ? ratios(colors[1], colors[0]) : [1, 1, 1]);
+    this.painter.tone(toned ?? [], colors?.[1] ? ratios(colors[1], colors[0]) : [1, 1, 1]);
     this.redraw();
   }
 

@@ -9,7 +9,7 @@ import {report} from './status.js';
 
 const FIELDS = /** @type {const} */ (['radius', 'tolerance', 'turn', 'scale']);
 const MAX_ROTATION = 360;  // degrees
-const LABELS = {radius: 'Radius', tolerance: 'Tolerance', turn: 'Rotation', scale: 'Size'};
+const LABELS = {radius: 'Keeps its form within', tolerance: 'May miss its place by', turn: 'Rotation', scale: 'Size'};
 export const RANGES = {
   radius: 'a number of at least 0', tolerance: 'a number greater than 0',
   turn: `an angle from -${MAX_ROTATION} to ${MAX_ROTATION} degrees`, scale: 'a number greater than 0',
@@ -80,5 +80,5 @@ export function isPossible(name, value) {
 export function presets(pin, patch) {
   const automatic = {radius: null, tolerance: null, turn: pin.turn, scale: null};
   const pull = patch && {radius: significant(patch.radius * PULLING), tolerance: significant(patch.tolerance * PULLING)};
-  return {keep: automatic, pull: {...automatic, ...pull}, nail: {...automatic, radius: 0}};
+  return {keep: automatic, pull: {...automatic, ...pull}, exact: {...automatic, radius: 0}};
 }

@@ -9,7 +9,7 @@ const STEPS = [
   ['#source', 'This is the source. Click a feature, such as an eye: a pin appears here and where the map takes it.'],
   ['#target', 'This is the result on the target. Drag the pin to where the feature belongs; the map follows.'],
   ['[aria-label=Tools]', 'Tools: place pins, place both ends one after the other, draw a stroke along a line, select.'],
-  ['aside', 'Click a pin to set how large an area around it keeps its form. Under Advanced: how the shapes fit, figures and the history.'],
+  ['aside', 'Fit compares ways to bring the shapes together. Click a pin to set how large an area around it keeps its form. Under Advanced: figures and the history.'],
   ['#compare', 'Compare the result with the target’s own drawing, or with the map before the last change.'],
   ['#more', 'Export shows a preview first. Save keeps the pins, so that you can continue later.'],
 ];

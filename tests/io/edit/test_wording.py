@@ -3,15 +3,19 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from iccm.balanced.fit import exact_pin_note, rotation_notes
+from iccm.balanced.fit import exact_pin_note, rotation_notes, soft_pin_notes
 from iccm.io.edit import wording
+from iccm.io.edit.map_update import verdict
 from iccm.io.edit.wording import message_on_page, on_page
 from iccm.io.shapes.silhouette import INSIDE, PHOTOGRAPH
+from iccm.maps.triangulated.map import TriangulatedMap
 from iccm.status import Status
 
 OPTION = re.compile(r"--[a-z]|#\w|\([a-z]+[_.][a-z]+")
+SQUARE = np.array([0, 2, 2 + 1j, 1j])
 PAGE = Path(wording.__file__).parent / "page" / "index.html"
 
 
@@ -44,7 +48,10 @@ PAGE = Path(wording.__file__).parent / "page" / "index.html"
         ("materials have different textures; choose one with --texture", "; choose a texture under Files"),
         (exact_pin_note([2]), "Pin 3 is met exactly"),
         (rotation_notes(0.5, 0.0)[0], "because of the shapes or the constraints (Rotation)."),
-        ("Pins are soft; exact pins meet their places (exact_pins).", "exact pins meet their places (Nail)."),
+        (
+            "Pins are soft; exact pins meet their places (exact_pins).",
+            "exact pins meet their places (Exactly here).",
+        ),
         *[(status.value, status.value[:20]) for status in Status],
     ],
 )
@@ -52,6 +59,34 @@ def test_messages_name_no_options(message, kept):
     """What is wrong stays, and what to do is said with the controls of the page."""
     text = on_page(message)
     assert not OPTION.search(text) and kept in text and text.count("(") == text.count(")")
+
+
+def test_notes_on_pins_are_understood_without_the_words_of_constraints_files():
+    """They name the control that changes what they are about."""
+    map = TriangulatedMap(SQUARE, SQUARE, np.array([[0, 1, 2], [0, 2, 3]]), (np.arange(4),))
+    (missed,) = soft_pin_notes(map, np.array([[0.5 + 0.5j, 0.5 + 0.9j]]))
+    for note in (missed, exact_pin_note([0]), exact_pin_note([1, 2])):
+        text = on_page(note)
+        assert not re.search("soft|tolerance", text, re.IGNORECASE) and "miss" in text
+    assert all(name in PAGE.read_text(encoding="utf-8") for name in re.findall("“(.*?)”", on_page(missed)))
+    assert "“May miss its place by”" in on_page(missed)
+
+
+def test_the_page_has_no_words_of_constraints_files():
+    """Explanations that are shown on request may name the field of the file."""
+    texts = re.sub("<[^>]*>", " ", PAGE.read_text(encoding="utf-8"))
+    assert not re.search("soft|nail|tolerance", texts, re.IGNORECASE)
+
+
+def test_a_picture_that_was_changed_by_hand_is_not_called_a_good_fit():
+    """The same figures, with and without pins."""
+    report = {"injective": {"certified": True}, "stretch": {"p95": 1.1}}
+    given, pinned = (
+        verdict(Status.DECREASE, report, deformed=False, constrained=is_pinned) for is_pinned in (False, True)
+    )
+    assert given.startswith("Good fit") and "Good" not in pinned
+    for sentence in (given, pinned):
+        assert "nothing folds" in sentence and "nearly uniform" in sentence
 
 
 def test_controls_that_messages_name_are_on_the_page():

@@ -151,7 +151,7 @@ test('presets keep the rotation; pulling takes a third of what was chosen, to fo
   const found = presets(pin, {radius: 4, tolerance: 0.5});
   assert.deepEqual(found.keep, {radius: null, tolerance: null, turn: 30, scale: null});
   assert.deepEqual(found.pull, {radius: 1.333, tolerance: 0.1667, turn: 30, scale: null});
-  assert.deepEqual(found.nail, {radius: 0, tolerance: null, turn: 30, scale: null});
+  assert.deepEqual(found.exact, {radius: 0, tolerance: null, turn: 30, scale: null});
 });
 
 test('settings of pins have ranges', () => {
