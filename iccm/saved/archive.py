@@ -144,7 +144,7 @@ def _read_array(file: Any, size: int) -> Any:
     if claimed != available:
         raise InputError(f"its header promises {claimed} bytes, but {available} follow")
     data = np.empty(available, np.uint8)
-    room, position = memoryview(data), 0
+    room, position = data.data, 0
     while position < available:
         if not (count := file.readinto(room[position : position + BLOCK_BYTES])):
             raise EOFError("truncated")

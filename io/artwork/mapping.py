@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -295,6 +296,11 @@ def _core(run: PenPath) -> PenPath:
     return PenPath(_CONJUGATE(run.start), [piece.under(_CONJUGATE) for piece in run.pieces], run.closed)
 
 
+def _along(outline: Curve, number: Index, arclength: Real) -> Complex:
+    """Return the points of an outline at arclengths, as pieces give theirs; it is one piece, whatever the number."""
+    return outline.at(arclength)
+
+
 class SegmentMapper:
     """Evaluates many segments at once.
 
@@ -321,7 +327,7 @@ class SegmentMapper:
                 outlines.setdefault(whole, []).append(k)
         for outline, parts in outlines.items():
             self._batch[parts] = len(self._batches)
-            self._batches.append(lambda _, arclength, outline=outline: outline.at(arclength))
+            self._batches.append(partial(_along, outline))
 
     def __call__(self, segment: NDArray[np.intp], t: NDArray[np.float64]) -> Complex:
         """Return points at parameters in [0, 1] of the numbered segments."""
