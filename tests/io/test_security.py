@@ -165,7 +165,11 @@ FACES = {
     "a.vtk": b"# vtk DataFile Version 5.1\na\nASCII\nDATASET POLYDATA\nPOINTS 3 float\nPOLYGONS 72 213\n",
     "a.vtp": b'<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="3" NumberOfPolys="70" NumberOfStrips="1">',
     "a.vtu": b'<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece NumberOfPoints="3" NumberOfCells="71">',
-    "a.3mf": zipped("3D/3dmodel.model", b'<triangle v1="0" v2="1" v3="2"/>' * 71),
+    "a.3mf": zipped(
+        "3D/3dmodel.model",
+        b'<model><resources><object id="1"><mesh><triangles>%b</triangles></mesh></object></resources></model>'
+        % (b'<triangle v1="0" v2="1" v3="2"/>' * 71),
+    ),
     "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
     b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
     "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),
