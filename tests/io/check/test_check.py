@@ -182,6 +182,27 @@ def test_figures_that_the_baseline_lacks_are_a_note_and_those_that_are_gone_a_fa
     assert iccm("check", run, base).code == 1
 
 
+@pytest.mark.parametrize(
+    ("versions", "change", "code", "noted"),
+    [
+        (("3", "2"), lambda r: r.update(notes=["a word", "b"]), 0, True),
+        (("3", "2"), lambda r: r.update(notes=["the word"]), 0, False),
+        (("2", "2"), lambda r: r.update(notes=["a word"]), 1, False),
+        (("3", "2"), lambda r: r.update(notes=["a word"], boundary={"rms": 9}), 1, True),
+    ],
+)
+def test_notes_of_another_version_may_have_other_words(folders, iccm, versions, change, code, noted):
+    run, base = folders
+    for folder, version in zip((run, base), versions):
+        text = report_with(lambda r, version=version: r.update(version=version, notes=["the word"]))
+        (folder / "r.json").write_text(text)
+    changed = json.loads((run / "r.json").read_text())
+    change(changed)
+    (run / "r.json").write_text(json.dumps(changed))
+    result = iccm("check", run, base)
+    assert result.code == code and ("r.json: the notes differ" in result.err) == noted
+
+
 def test_missing_additional_and_other_files_are_caught(folders, iccm):
     run, base = folders
     (run / "deep" / "b.png").unlink()
