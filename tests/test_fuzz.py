@@ -28,3 +28,11 @@ def test_the_hunt_sees_trouble(tmp_path, monkeypatch):
 
     monkeypatch.setattr(fuzz, "read", fail)
     assert "IndexError: planted" in fuzz.refusal("svg", 1, tmp_path)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="elsewhere only the peak of both is known")
+def test_memory_of_the_process_that_hunts_is_not_counted():
+    """A test's process may have held gigabytes before it starts the child."""
+    held = bytearray(fuzz.MEMORY + (64 << 20))
+    held[::4096] = bytes(len(range(0, len(held), 4096))).replace(b"\0", b"\1")
+    assert fuzz.hunt("jsonl", 0, 1) == []
