@@ -369,7 +369,8 @@ class _Setting:
             _spacing(style, "word-spacing") / size,
         )
         track = _Track(style[ALONG], style.get("startOffset", "0")) if ALONG in style else None
-        rotation, y = _degrees(style.get("rotate", "0")), self._y - _raise(style, font, size, vertical)
+        rotation = _degrees(style.get("rotate", "0"))
+        y = self._y - _baseline_height(style, font, size, vertical)
         paint, lines = _paint(style), tuple(json.loads(style.get(LINED, "[]")))
         for part in _upright_apart(text, style) if vertical else in_visual_order(text, leftward=leftward):
             upright = vertical and _is_upright(part, style)
@@ -419,7 +420,7 @@ class _Setting:
         self._line.clear()
 
 
-def _raise(style: Mapping[str, str], font: Font, size: float, vertical: bool) -> float:
+def _baseline_height(style: Mapping[str, str], font: Font, size: float, vertical: bool) -> float:
     """Return how far the baseline of a run lies above that of its line."""
     raised = sum(_raised(shift, font) for shift in style.get(RAISED, "").split())
     baseline = style.get("alignment-baseline", style.get("dominant-baseline", "auto")).strip()
