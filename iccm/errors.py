@@ -13,6 +13,20 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
+MESSAGE_CHARACTERS = 1500
+"""Length of a message at most: it may quote a value of the input, which can be as long as its file."""
+
+
+def shortened(text: str) -> str:
+    """Leave out the middle of a text that is longer than `MESSAGE_CHARACTERS`; the remedy is at its end.
+
+    >>> len(shortened("a" * 10000))
+    1500
+    """
+    half = MESSAGE_CHARACTERS // 2 - 1
+    return text if len(text) <= MESSAGE_CHARACTERS else f"{text[:half]} … {text[1 - half :]}"
+
+
 def first_names(names: Sequence[str], most: int) -> str:
     """Return the first of some names, separated by commas, and the number of the others.
 
@@ -33,10 +47,10 @@ def all_names(names: Sequence[str]) -> str:
 
 
 class IccmError(Exception):
-    """Base of every error that `iccm` raises deliberately; its text is one line, see `printable`."""
+    """Base of every error that `iccm` raises deliberately; its text is one line of limited length."""
 
     def __str__(self) -> str:
-        return printable(super().__str__())
+        return shortened(printable(super().__str__()))
 
 
 class InputError(IccmError, ValueError):

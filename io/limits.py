@@ -101,7 +101,7 @@ REPEATED_FACES = 100_000
 DEFLATE_RATIO = 1032
 """Bytes for which a byte of compressed data can stand: a file that promises more is damaged."""
 LIBRARY_BYTES = 16 << 20
-"""Bytes of a material library."""
+"""Bytes of the material libraries of a mesh."""
 
 GEOMETRY_BYTES = 1 << 30
 """Bytes of a file of points, lines and polygons."""

@@ -72,7 +72,8 @@ def material_set(
     use_at, uses = content.obj.current("usemtl")
     names = [use.text for use in uses] + [""]
     used = list(dict.fromkeys(names[k] for k in use_at[file.faces]))
-    number = np.array([used.index(name) if name in used else -1 for name in names])
+    places = {name: place for place, name in enumerate(used)}
+    number = np.array([places.get(name, -1) for name in names])
     library, kinds = content.library, {} if kinds is None else kinds
     notes = [*library.missing, *(f"{file.path}: {note}" for note in library.outside)]
     materials = [_material(file.path, library, name, sheet, notes, max_pixels, kinds) for name in used]
@@ -122,7 +123,7 @@ def _material(
     most: int,
     kinds: Kinds,
 ) -> Material:
-    lines = library.materials().get(name, [])
+    lines = library.materials.get(name, [])
     maps = dict[str, MaterialMap]()
     for line in lines:
         word, arguments = material_library.split(line)

@@ -106,7 +106,7 @@ def _obj(relaid: Relaid, out: Path, force: bool) -> list[str]:
         body = [f"newmtl {new_name}", *(line for line in lines if _stays(line, set(images)))]
         statements[new_name] = material_library.with_maps(body, names)
     unchanged = [
-        line for name, lines in materials.materials().items() if name not in statements for line in lines
+        line for name, lines in materials.materials.items() if name not in statements for line in lines
     ]
     text = material_library.bind(Library(tuple(unchanged), materials.folder), {}, plain, {}, library)
     text += "".join(f"{line}\n" for lines in statements.values() for line in lines)

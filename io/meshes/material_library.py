@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from ...errors import InputError
@@ -41,8 +42,9 @@ class Library:
     missing: tuple[str, ...] = ()
     outside: tuple[str, ...] = ()
 
+    @cached_property
     def materials(self) -> dict[str, list[str]]:
-        """Return the lines of each material by name, starting with the `newmtl` line."""
+        """The lines of each material by name, starting with the `newmtl` line."""
         materials: dict[str, list[str]] = {}
         current: list[str] = []
         for line in self.lines:
@@ -54,14 +56,14 @@ class Library:
 
     def texture(self, material: str) -> tuple[Path, Wrap] | None:
         """Return the file of a material's `map_Kd`, and its wrap mode; None without one."""
-        for line in self.materials().get(material, []):
+        for line in self.materials.get(material, []):
             if split(line)[0].lower() == "map_kd" and (name := picture_named(line)):
                 return self.folder / name, wrap(split(line)[1])
         return None
 
     def maps(self, material: str) -> list[str]:
         """Return the keywords of a material's statements that refer to pictures, `map_Kd` and others."""
-        words = [split(line)[0] for line in self.materials().get(material, [])]
+        words = [split(line)[0] for line in self.materials.get(material, [])]
         return [word for word in words if word.lower().startswith(MAPS)]
 
 
@@ -73,20 +75,19 @@ def read(folder: Path, names: list[str]) -> Library:
     """
     lines: list[str] = []
     missing, outside = [], []
-    for text in names:
+    paths: list[Path] = []
+    for text in dict.fromkeys(names):
         unsplit = folder / text
-        paths = [unsplit] if os.path.isfile(unsplit) else [folder / word for word in text.split()]
-        for path in paths:
-            if not references.may_be_read(path, folder):
-                outside.append(
-                    f"refers to the material library {relative(path, folder)}, {references.OUTSIDE}"
-                )
-            elif not os.path.isfile(path) or path.stat().st_size > limits.LIBRARY_BYTES:
-                missing.append(
-                    f"{path}: the material library is missing or too large; new materials are created"
-                )
-            else:
-                lines += path.read_bytes().decode("utf-8", "surrogateescape").splitlines()
+        paths += [unsplit] if os.path.isfile(unsplit) else [folder / word for word in text.split()]
+    room = limits.LIBRARY_BYTES
+    for path in dict.fromkeys(paths):
+        if not references.may_be_read(path, folder):
+            outside.append(f"refers to the material library {relative(path, folder)}, {references.OUTSIDE}")
+        elif not os.path.isfile(path) or path.stat().st_size > room:
+            missing.append(f"{path}: the material library is missing or too large; new materials are created")
+        else:
+            room -= path.stat().st_size
+            lines += path.read_bytes().decode("utf-8", "surrogateescape").splitlines()
     statements = []
     for line in filter(_is_statement, lines):
         picture = picture_named(line)
@@ -141,7 +142,7 @@ def bind(
             become white, because many programs multiply both.
     """
     moved_lines = [_move(line, library.folder, out.parent) for line in library.lines]
-    materials = Library(tuple(moved_lines), out.parent).materials()
+    materials = Library(tuple(moved_lines), out.parent).materials
     text: list[str] = []
     for line in moved_lines:  # lines before the first material
         if split(line)[0] == "newmtl":

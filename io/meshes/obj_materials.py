@@ -22,10 +22,10 @@ NORMALS = "norm"  # the statement that shows a normal map
 def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
     """Return the distinct colour textures of the materials of faces (f,), in face order, with their wrap modes."""
     use_at, uses = whole.current("usemtl")
-    used = dict.fromkeys(use_at[np.flatnonzero(faces)].tolist())
+    names = dict.fromkeys(uses[k].text for k in use_at[np.flatnonzero(faces)].tolist() if k >= 0)
     textures = dict[Path, Wrap]()
-    for k in used:
-        if k >= 0 and (texture := library.texture(uses[k].text)):
+    for name in names:
+        if texture := library.texture(name):
             textures.setdefault(*texture)
     return textures
 
@@ -33,7 +33,7 @@ def textures_of(whole: Obj, library: Library, faces: Flags) -> dict[Path, Wrap]:
 def staying(whole: Obj, library: Library, faces: Flags, name: Path, but: Container[str]) -> list[str]:
     """Return a note on pictures that will be shown by new coordinates, but were made for the old ones."""
     use_at, uses = whole.current("usemtl")
-    used = [uses[k].text for k in np.unique(use_at[faces]) if k >= 0]
+    used = dict.fromkeys(uses[k].text for k in np.unique(use_at[faces]) if k >= 0)
     maps = dict.fromkeys(
         word for material in used for word in library.maps(material) if word.lower() not in but
     )

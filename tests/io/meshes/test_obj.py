@@ -7,6 +7,7 @@ import pytest
 from PIL import Image
 
 from iccm.errors import InputError
+from iccm.io import limits
 from iccm.io.meshes import material_library, obj, obj_write
 from iccm.io.meshes.obj import parse
 from iccm.meshes.charted import Charted
@@ -274,11 +275,28 @@ def test_a_shared_or_missing_material_gets_a_copy(tmp_path):
     rename = {"Roof": "Roof_iccm", None: "iccm"}
     text = material_library.bind(library, rename, "iccm_plain", showing(rename, "f.png"), tmp_path / "o.mtl")
     shared = material_library.Library(tuple(text.splitlines()), tmp_path)
-    assert list(shared.materials()) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
+    assert list(shared.materials) == ["Red Brick", "Roof", "Roof_iccm", "iccm", "iccm_plain"]
     assert shared.texture("Roof") is None
     assert shared.texture("Red Brick") == (tmp_path / "old brick.png", ("repeat", "repeat"))
     assert [shared.texture(n)[0].name for n in ("Roof_iccm", "iccm")] == ["f.png", "f.png"]
-    assert "Kd 0 0 1" in shared.materials()["Roof_iccm"]
+    assert "Kd 0 0 1" in shared.materials["Roof_iccm"]
+
+
+def test_a_library_that_is_named_repeatedly_is_read_once(tmp_path):
+    """A line of a few bytes must not stand for a whole library each time."""
+    (tmp_path / "m.mtl").write_text("newmtl a\nKd 1 0 0\nnewmtl b\nmap_Kd x.png\n")
+    once = material_library.read(tmp_path, ["m.mtl"])
+    again = material_library.read(tmp_path, ["m.mtl", "m.mtl m.mtl", "missing.mtl", "missing.mtl"])
+    assert again.lines == once.lines and len(again.missing) == 1
+    assert once.texture("b")[0] == tmp_path / "x.png"
+
+
+def test_libraries_share_one_limit(tmp_path, monkeypatch):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.mtl").write_text(f"newmtl {name}\n")
+    monkeypatch.setattr(limits, "LIBRARY_BYTES", 12)
+    library = material_library.read(tmp_path, ["a.mtl", "b.mtl"])
+    assert list(library.materials) == ["a"] and len(library.missing) == 1
 
 
 def test_usemtl_lines_go_around_the_part(tmp_path):
