@@ -28,6 +28,10 @@ BACKGROUND_SHARE = 0.9
 """Of a picture's border: with less background, objects are cut off there, as in most photographs. Coins on a table
 leave 92 %, a portrait outdoors 81 %."""
 PAPER_SHARE = 0.7  # the same for a line drawing, next to which a table may be visible
+LARGEST_HUE_SPREAD = 0.1
+"""Difference, over a background, of a channel's share in the sum of all channels (5 to 95 % of the pixels). Light and
+shadow change brightness: a noisy table with a shadow has .01. A flower before leaves out of focus has .3: a scene."""
+DARKEST_SUM = 0.02  # of the channels: shares of less light are noise
 SCATTERED_PIECES = 50  # pieces (limits.PIECES are traced); a page of text or a starry sky has hundreds
 FAINTEST_SHARE = 0.1  # of a plain background's difference: half of a line's pixels stand out by more
 LINE_AREA_SHARE = 0.2  # of the enclosed area: ink that covers less is a line around it
@@ -44,8 +48,8 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
         colours: (h, w, c) between 0 and 1.
         trace: "dark" or "light": everything darker or lighter than its background. "auto": everything different from
             it, or the inside of a line. "inside": the area that a line encloses, including the line.
-        photographs: whether to refuse pictures whose border is not a background under uneven light, or that consist of
-            many small pieces.
+        photographs: whether to refuse pictures whose border is not a background under uneven light, whose background
+            has several hues, or that consist of many small pieces.
 
     Returns:
         (h', w') coverages from 0 to 1, the width of their pixels in pixels of the picture, and whether they are of the
@@ -68,7 +72,8 @@ def field_of(colours: Float, trace: str, *, photographs: bool = False) -> tuple[
         raise InputError("no shape stands out from the background; cut the shape out, or trace it by hand")
     mask = distance >= usual / 2
     inside = inside or (trace == "auto" and is_line(mask))
-    if photographs and not is_on_background(mask, PAPER_SHARE if inside else BACKGROUND_SHARE):
+    is_background = is_on_background(mask, PAPER_SHARE if inside else BACKGROUND_SHARE)
+    if photographs and not (is_background and _has_one_hue(small[~mask])):
         raise Photograph(
             "there is no plain background from which a shape stands out; cut the shape out, "
             "or trace it by hand"
@@ -88,6 +93,13 @@ def _shrunk(colours: Float) -> tuple[Float, float]:
 def is_on_background(mask: NDArray[np.bool_], share: float) -> bool:
     """Return whether a mask leaves this share of the border free, and does not consist of many pieces."""
     return float(np.mean(border_of(mask))) <= 1 - share and not is_scattered(mask)
+
+
+def _has_one_hue(colours: Float) -> bool:
+    """Return whether colours (n, c) differ in brightness only, as one surface does in uneven light."""
+    shares = colours / np.maximum(colours.sum(axis=1, keepdims=True), DARKEST_SUM)
+    low, high = np.quantile(shares, [0.05, 0.95], axis=0)
+    return bool((high - low).max() <= LARGEST_HUE_SPREAD)
 
 
 def is_scattered(mask: NDArray[np.bool_]) -> bool:

@@ -109,6 +109,16 @@ def test_a_coloured_thing_on_a_table_with_its_shadow(tmp_path):
     assert outline.curve.area == pytest.approx(INSIDE.area, rel=0.06)
 
 
+def test_a_scene_out_of_focus_is_not_a_table():
+    """A thing in front of green and blue that merge: a photograph, though the thing stands out everywhere."""
+    green, blue = np.array([20.0, 90, 40]), np.array([20.0, 50, 110])
+    share = 1 / (1 + np.exp(-(X - 200) / 60))[..., None]
+    scene = green * (1 - share) + blue * share + np.random.default_rng(0).normal(0, 3, (H, W, 1))
+    thing = np.where(filled()[..., None], [230, 150, 60], scene).clip(0, 255).astype(np.uint8)
+    assert silhouette.interpret(thing, -1).kind == "rectangle"
+    assert silhouette.interpret(thing, -1, part="silhouette").kind != "rectangle"
+
+
 def test_an_open_line_has_no_inside(tmp_path):
     cover = line(4) * (X < 200)
     with pytest.raises(InputError, match=r"no line .*use --trace dark"):
