@@ -99,7 +99,7 @@ class Figures(NamedTuple):
 
 
 def joined(path: Path) -> Mesh:
-    """Return all triangles of a GLB file with an area, vertices at the same place merged."""
+    """Return all triangles of a GLB file with an area, vertices at the same place merged; there may be none."""
     file, points, faces, count = File(path), [], [], 0
     places = _places(file.tree)
     owners = {id(p): k for k, mesh in enumerate(file.tree.meshes) for p in mesh.primitives}
@@ -109,6 +109,8 @@ def joined(path: Path) -> Mesh:
         points.append(part_points @ matrix[:3, :3].T + matrix[:3, 3])
         faces.append(file.faces(part) + count)
         count += len(part_points)
+    if not count:
+        return Mesh(np.empty((0, 3)), np.empty((0, 3), np.int64))
     every, triangles = np.concatenate(points), np.concatenate(faces)
     step = MERGED_RELATIVE * np.ptp(every, axis=0).max()
     _, first, number = np.unique(np.round(every / step), axis=0, return_index=True, return_inverse=True)
