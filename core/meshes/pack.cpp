@@ -18,60 +18,58 @@ struct Size {
     Index width, height;
 };
 
-// A corner in cells, for one of four orientations: rotations by multiples of 90°.
-void rotate(const double *corner, int quarters, double &x, double &y) {
-    x = corner[0], y = corner[1];
-    for (int k = 0; k < quarters; k++) {
-        const double old = x;
-        x = -y, y = old;
-    }
-}
-
-// Mark the cells that a triangle touches. In each row of cells a convex shape covers one interval, from the least to
-// the largest x of its part in that row.
-void touch(const double (*t)[2], Word *cells, Index words, Size size) {
-    double low = t[0][1], high = t[0][1];
-    for (int k = 1; k < 3; k++) low = min(low, t[k][1]), high = max(high, t[k][1]);
-    const Index top = max(Index(0), Index(floor(low))), bottom = min(size.height - 1, Index(floor(high)));
-    for (Index y = top; y <= bottom; y++) {
-        double left = INFINITY, right = -INFINITY;
-        for (int k = 0; k < 3; k++) {
-            const double *a = t[k], *b = t[(k + 1) % 3];
-            if (a[1] > b[1]) swap(a, b);
-            if (b[1] < double(y) || a[1] > double(y + 1)) continue;
-            const double rise = b[1] - a[1];
-            for (int end = 0; end < 2; end++) {
-                const double at = end ? min(b[1], double(y + 1)) : max(a[1], double(y));
-                const double x = rise > 0 ? a[0] + (b[0] - a[0]) * ((at - a[1]) / rise) : (end ? b[0] : a[0]);
-                left = min(left, x), right = max(right, x);
-            }
+// Mark the cells that an edge touches: in each row of cells, one interval.
+void touch(const double (*edge)[2], Word *cells, Index words, Size size) {
+    const double *a = edge[0], *b = edge[1];
+    if (a[1] > b[1]) swap(a, b);
+    const Index first_row = max(Index(0), Index(floor(a[1]))), last_row = min(size.height - 1, Index(floor(b[1])));
+    const double rise = b[1] - a[1];
+    for (Index y = first_row; y <= last_row; y++) {
+        double ends[2] = {a[0], b[0]};
+        if (rise > 0) {
+            const double from = max(a[1], double(y)), to = min(b[1], double(y + 1));
+            ends[0] = a[0] + (b[0] - a[0]) * ((from - a[1]) / rise);
+            ends[1] = a[0] + (b[0] - a[0]) * ((to - a[1]) / rise);
         }
-        if (!(left <= right)) continue;
-        const Index first = max(Index(0), Index(floor(left))), last = min(size.width - 1, Index(floor(right)));
+        const Index first = max(Index(0), Index(floor(min(ends[0], ends[1]))));
+        const Index last = min(size.width - 1, Index(floor(max(ends[0], ends[1]))));
         for (Index x = first; x <= last; x++) cells[y * words + x / BITS] |= Word(1) << (x % BITS);
     }
 }
 
+// Count an edge of the outline at the first cell of each row whose centre lies beyond it: the sums along a row are how
+// often the outline winds around the cells' centres.
+void wind(const double (*edge)[2], int32_t *winding, Size size) {
+    const int sign = edge[1][1] > edge[0][1] ? 1 : -1;
+    const double *a = edge[0], *b = edge[1];
+    if (sign < 0) swap(a, b);
+    const Index first_row = max(Index(0), Index(ceil(a[1] - 0.5)));
+    for (Index y = first_row; y < size.height && double(y) + 0.5 < b[1]; y++) {
+        const double x = a[0] + (b[0] - a[0]) * ((double(y) + 0.5 - a[1]) / (b[1] - a[1]));
+        const Index column = max(Index(0), Index(ceil(x - 0.5)));
+        if (column < size.width) winding[y * size.width + column] += sign;
+    }
+}
+
+// Mark the cells that a chart touches, of which the outline is given.
+void mark(const double *outline, Index edges, Word *cells, Index words, int32_t *winding, Size size) {
+    for (Index w = 0; w < size.height * words; w++) cells[w] = 0;
+    for (Index w = 0; w < size.height * size.width; w++) winding[w] = 0;
+    for (Index e = 0; e < edges; e++) {
+        const double (*edge)[2] = rows<2>(outline + 4 * e);
+        touch(edge, cells, words, size);
+        wind(edge, winding, size);
+    }
+    for (Index y = 0; y < size.height; y++) {
+        int32_t sum = 0;
+        for (Index x = 0; x < size.width; x++) {
+            sum += winding[y * size.width + x];
+            if (sum) cells[y * words + x / BITS] |= Word(1) << (x % BITS);
+        }
+    }
+}
+
 bool is_set(const Word *row, Index x) { return row[x / BITS] >> (x % BITS) & 1; }
-
-// target |= row shifted towards lower x by `by` cells; beyond the end of the row nothing is set.
-void or_shifted(Word *target, const Word *row, Index words, Index by) {
-    const Index skip = by / BITS, rest = by % BITS;
-    for (Index k = 0; k + skip < words; k++) {
-        Word value = row[k + skip] >> rest;
-        if (rest && k + skip + 1 < words) value |= row[k + skip + 1] << (BITS - rest);
-        target[k] |= value;
-    }
-}
-
-// row |= row shifted towards lower x by 0 .. length - 1 cells, by doubling.
-void smear(Word *row, Index words, Index length) {
-    for (Index reach = 1; reach < length;) {
-        const Index by = min(reach, length - reach);
-        or_shifted(row, row, words, by);  // reads ahead of its writes
-        reach += by;
-    }
-}
 
 // The runs of a chart's cells, the longest first, since they are the most likely to show that a place is taken.
 Index runs_of(const Word *cells, Index words, Size size, Run *out) {
@@ -95,30 +93,52 @@ Index runs_of(const Word *cells, Index words, Size size, Run *out) {
     return count;
 }
 
+// The mean row of a chart's cells.
+double centre_row(const Run *runs, Index count) {
+    double cells = 0, sum = 0;
+    for (Index k = 0; k < count; k++) {
+        const double length = double(runs[k].last - runs[k].first + 1);
+        cells += length, sum += length * double(runs[k].row);
+    }
+    return cells > 0 ? sum / cells : 0;
+}
+
+// The last cell that is set in first .. last of a row; -1 if none is.
+Index last_set(const Word *row, Index first, Index last) {
+    for (Index k = last / BITS; k >= first / BITS; k--) {
+        Word word = row[k];
+        if (k == last / BITS) word &= ~Word(0) >> (BITS - 1 - last % BITS);
+        if (k == first / BITS) word &= ~Word(0) << (first % BITS);
+        if (word) return k * BITS + BITS - 1 - __builtin_clzll(word);
+    }
+    return -1;
+}
+
 // The lowest row below `limit` at which a chart fits, and the first column there; `limit` if there is none.
+//
+// Runs are checked in turn. Where one meets a cell that is taken, the chart moves just beyond this cell, until as many
+// checks as there are runs have succeeded in sequence.
 Index lowest_place(const Word *taken, Index words, Size grid, const Run *runs, Index count, Size size, Index start,
-                   Index limit, Word *blocked, Word *smeared, Index &column) {
+                   Index limit, Index &column) {
     const Index places = grid.width - size.width + 1;
-    if (places <= 0) return limit;
+    if (count == 0) return limit;
+    Index r = 0;
     for (Index y = start; y < min(limit, grid.height - size.height + 1); y++) {
-        for (Index k = 0; k < words; k++) {  // columns at which it would leave the grid
-            const Index left = places - k * BITS;
-            blocked[k] = left >= BITS ? 0 : left <= 0 ? ~Word(0) : ~Word(0) << left;
-        }
-        bool full = false;
-        for (Index r = 0; r < count && !full; r++) {
-            memcpy(smeared, taken + (y + runs[r].row) * words, sizeof(Word) * words);
-            smear(smeared, words, runs[r].last - runs[r].first + 1);
-            or_shifted(blocked, smeared, words, runs[r].first);
-            full = true;
-            for (Index k = 0; k < words && full; k++) full = blocked[k] == ~Word(0);
-        }
-        if (full) continue;
-        for (Index x = 0; x < places; x++)
-            if (!is_set(blocked, x)) {
-                column = x;
-                return y;
+        Index x = 0, free = 0;
+        while (free < count && x < places) {
+            const Run &run = runs[r];
+            const Index obstacle = last_set(taken + (y + run.row) * words, x + run.first, x + run.last);
+            if (obstacle >= 0) {
+                x = obstacle + 1 - run.first, free = 0;
+            } else {
+                free++;
+                r = r + 1 < count ? r + 1 : 0;
             }
+        }
+        if (x < places) {
+            column = x;
+            return y;
+        }
     }
     return limit;
 }
@@ -139,66 +159,75 @@ void take(Word *taken, Index words, Size grid, const Run *runs, Index count, Ind
 
 using namespace iccm;
 
-// Place charts one after the other, each at the lowest free place of the orientation that lies lowest.
+// Place charts one after the other, each at the best free place of all its rotations: the lowest row of places of a
+// rotation, and the rotation with which a line of the chart lies lowest.
 //
-//   corners       (m, 3, 2) corners of all triangles in cells, chart by chart, y up
-//   starts        (k + 1,) where each chart's triangles begin
+//   outlines      (m, 2) ends of the edges of all outlines in cells, chart by chart, y up
+//   starts        (k + 1,) where each chart's edges begin
 //   k             number of charts
-//   orientations  1: as given; 4: also rotated by multiples of 90°
+//   order         (k,) numbers of the charts, in the order in which they are placed
+//   rotations     (k, r) unit numbers by which a chart may be multiplied
+//   r             how many
+//   line          of a chart, which lies lowest: 0 its bottom, 1 its centre of gravity, 2 its top
 //   taken         (height, words) bits of the cells that are not free, 64 to a word; changed
 //   width, height size of the grid; words = ceil(width / 64)
 //   margin        cells between charts
-//   alike         (k,) whether a chart has the same corners as the one before: places too small for that one are too
-//                 small for it
-//   places        (k, 3) rotation about the origin in multiples of 90°, then the offsets of x and y; written
+//   alike         (k,) whether the chart of a place in `order` has the same outline and rotations as the one before:
+//                 places too small for that one are too small for it
+//   places        (k, 3) index of the rotation, then the offsets of x and y; written
 //
 // Returns the number of charts that were placed: k unless one does not fit.
-ICCM_EXPORT int64_t iccm_meshes_pack(const double *corners, const int64_t *starts, int64_t k, int64_t orientations,
-                                     int64_t *taken, int64_t width, int64_t height, int64_t margin, const bool *alike,
-                                     double *places) {
+ICCM_EXPORT int64_t iccm_meshes_pack(const double *outlines, const int64_t *starts, int64_t k, const int64_t *order,
+                                     const double *rotations, int64_t r, int64_t line, int64_t *taken, int64_t width,
+                                     int64_t height, int64_t margin, const bool *alike, double *places) {
     const Index words = (width + BITS - 1) / BITS;
     const Size grid{width, height};
     // a row of a chart has at most one run for every other cell
-    Buffer<Word> cells(height * words), blocked(words), smeared(words);
+    Buffer<Word> cells(height * words);
     Buffer<Run> runs(height * (width / 2 + 1)), best_runs(height * (width / 2 + 1));
-    if (!cells || !blocked || !smeared || !runs || !best_runs) return OUT_OF_MEMORY;
+    Buffer<Index> reached(r, 0);
+    Index longest = 0;
+    for (Index chart = 0; chart < k; chart++) longest = max(longest, starts[chart + 1] - starts[chart]);
+    Buffer<double> rotated(4 * longest);
+    Buffer<int32_t> winding(height * width);
+    if (!cells || !winding || !runs || !best_runs || !reached || !rotated) return OUT_OF_MEMORY;
     Word *bits = reinterpret_cast<Word *>(taken);
-    Index reached[4] = {0, 0, 0, 0};
-    for (Index chart = 0; chart < k; chart++) {
-        Index best = height, best_column = 0, best_count = 0;
+    for (Index at = 0; at < k; at++) {
+        const Index chart = order[at], first = starts[chart], edges = starts[chart + 1] - first;
+        double best = double(height);
+        Index best_row = 0, best_column = 0, best_count = 0;
         double *place = places + 3 * chart;
-        for (int quarters = 0; quarters < orientations; quarters++) {
+        bool fits = false;
+        for (Index turn = 0; turn < r; turn++) {
+            const double *by = rotations + 2 * (chart * r + turn);
             double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-            for (Index t = 3 * starts[chart]; t < 3 * starts[chart + 1]; t++) {
-                double at[2];
-                rotate(corners + 2 * t, quarters, at[0], at[1]);
+            for (Index c = 0; c < 2 * edges; c++) {
+                const double *z = outlines + 2 * (2 * first + c);
+                rotated[2 * c] = z[0] * by[0] - z[1] * by[1], rotated[2 * c + 1] = z[0] * by[1] + z[1] * by[0];
                 for (int axis = 0; axis < 2; axis++)
-                    low[axis] = min(low[axis], at[axis]), high[axis] = max(high[axis], at[axis]);
+                    low[axis] = min(low[axis], rotated[2 * c + axis]),
+                    high[axis] = max(high[axis], rotated[2 * c + axis]);
             }
             if (!(high[0] - low[0] < double(width) && high[1] - low[1] < double(height))) continue;
             const Size size{Index(floor(high[0] - low[0])) + 1, Index(floor(high[1] - low[1])) + 1};
-            for (Index w = 0; w < size.height * words; w++) cells[w] = 0;
-            for (Index t = starts[chart]; t < starts[chart + 1]; t++) {
-                double corner[3][2];
-                for (int c = 0; c < 3; c++) {
-                    rotate(corners + 2 * (3 * t + c), quarters, corner[c][0], corner[c][1]);
-                    corner[c][0] -= low[0], corner[c][1] -= low[1];
-                }
-                touch(corner, cells.data, words, size);
-            }
+            for (Index c = 0; c < 2 * edges; c++)
+                for (int axis = 0; axis < 2; axis++) rotated[2 * c + axis] -= low[axis];
+            mark(rotated.data, edges, cells.data, words, winding.data, size);
             const Index count = runs_of(cells.data, words, size, runs.data);
-            const Index start = alike[chart] ? reached[quarters] : 0;
+            const double rise = line == 0 ? 0 : line == 1 ? centre_row(runs.data, count) : double(size.height);
+            const Index limit = min(height, max(Index(0), Index(ceil((fits ? best : double(2 * height)) - rise))));
+            const Index start = alike[at] ? reached[turn] : 0;
             Index column = 0;
-            const Index row = lowest_place(bits, words, grid, runs.data, count, size, start, best, blocked.data,
-                                           smeared.data, column);
-            reached[quarters] = row;
-            if (row >= best) continue;
-            best = row, best_column = column, best_count = count;
+            const Index row = lowest_place(bits, words, grid, runs.data, count, size, start, limit, column);
+            reached[turn] = row;
+            if (row >= min(limit, height - size.height + 1)) continue;
+            fits = true;
+            best = double(row) + rise, best_row = row, best_column = column, best_count = count;
             memcpy(best_runs.data, runs.data, sizeof(Run) * count);
-            place[0] = quarters, place[1] = double(column) - low[0], place[2] = double(row) - low[1];
+            place[0] = double(turn), place[1] = double(column) - low[0], place[2] = double(row) - low[1];
         }
-        if (best >= height) return chart;
-        take(bits, words, grid, best_runs.data, best_count, best_column, best, margin);
+        if (!fits) return at;
+        take(bits, words, grid, best_runs.data, best_count, best_column, best_row, margin);
     }
     return k;
 }

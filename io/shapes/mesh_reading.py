@@ -23,6 +23,7 @@ from ...flattening.whole import flatten_each, pack_all
 from ...meshes.disk_patch import Joined, disk_patch, sound_piece
 from ...meshes.flatten import Flattening
 from ...meshes.mesh import Mesh
+from ...meshes.packing import into_smallest_square
 from ...meshes.patch import Patch
 from ...pixels.composed import reflected
 from ...plane import bounding_box
@@ -144,7 +145,7 @@ def read_whole(
 ) -> MeshShape | None:
     """Return all pieces of a mesh, flattened and packed at one scale; None if a piece or a chart is selected.
 
-    A mesh that is one chart is not packed.
+    A mesh that is one chart is not packed: it is rotated into its smallest square if it was cut open.
 
     Args:
         spec: the mesh; a named part is taken as a whole.
@@ -183,7 +184,7 @@ def read_whole(
         pieces, grow=cut, method=method, charts=charts, max_distortion=max_distortion
     )
     if len(files) == len(pieces) == len(charts_of_pieces[0]) == 1 and not region:
-        return _one_chart(spec, files[0], pieces[0], charts_of_pieces[0][0])
+        return _one_chart(spec, files[0], pieces[0], _compact(charts_of_pieces[0][0]))
     layouts = [layout for layouts in charts_of_pieces for layout in layouts]
     corners = [
         layout.patch.corner + first for layouts, first in zip(charts_of_pieces, firsts) for layout in layouts
@@ -267,6 +268,13 @@ def flatten_patch(
     if purpose == "texture" and method != "lscm":
         flat = convex(flat)
     return _one_chart(spec, file, piece, flat, start)
+
+
+def _compact(chart: Flattening) -> Flattening:
+    """Return a chart that was cut open rotated into its smallest square; a sheet stays upright."""
+    if not len(chart.patch.seam):
+        return chart
+    return replace(chart, flat=chart.flat * into_smallest_square(chart.flat), even=None)
 
 
 def _one_chart(spec: str, file: MeshFile, piece: Patch, flat: Flattening, start: int = -1) -> MeshShape:
