@@ -16,6 +16,7 @@ import starfish from '../samples/limbs/starfish.svg';
 import whale from '../samples/raster/whale.svg';
 import leaf from '../samples/rose-leaf/leaf.svg';
 import {button, byId, followPointer, input, select, SVG} from '../io/edit/page/dom.js';
+import {Preview} from '../io/edit/page/preview.js';
 import {AGREED_DIAGONAL_SHARE} from './constants.js';
 import {boxOf, isCrossing, moments} from './curve.js';
 import {brush, subdivided} from './deformation.js';
@@ -28,6 +29,7 @@ import {Steps} from './steps.js';
 import {shapeOf} from './svg.js';
 import markup from './try.html';
 
+/** @import {Movement} from '../io/edit/page/preview.js' */
 /** @import {Change} from './pinning.js' */
 /** @import {Answer, Picture, Shape, Shown, WholeMap} from './types.d.ts' */
 
@@ -95,10 +97,12 @@ export class Demo {
     this.pinning = new Pinning({
       shapes: () => ({source: this.source, target: this.target}), refuse: (text) => report(text, true),
       changed: (change) => this.#changedPins(change),
+      moved: (movement) => this.#preview({...movement, seq: this.solver.next}),
     });
     this.left = new DemoPane('source', byId('try-source'), this.source, this.pinning.actions);
     this.right = new DemoPane('target', byId('try-target'), this.target, this.pinning.actions);
     for (const pane of this.panes) pane.scene = this.pinning.scene;
+    this.preview = new Preview({source: this.left.shape, target: this.right.shape});
     this.grip = gripIn(byId('try-target'));
     this.offer = new Offer(this.right);
     fill('try-picture', [...Object.keys(PICTURES), OWN_PICTURE]);
@@ -226,6 +230,23 @@ export class Demo {
     this.solve();
   }
 
+  /**
+   * Show a movement of a pin before the worker has answered.
+   * @param {Movement} movement
+   */
+  #preview(movement) {
+    const floats = this.preview.move(movement);
+    if (!floats) return;
+    this.right.hurry(true);
+    this.right.setMap(floats, this.#mean);
+  }
+
+  /** Length in the source for a length of one in the target. */
+  get #mean() {
+    const [source, target] = [this.source, this.target].map(({outline}) => Math.abs(moments(outline).area));
+    return Math.sqrt(source / target);
+  }
+
   /** @param {Change} change */
   #changedPins(change) {
     this.#isHeld = change === 'dragged';
@@ -305,6 +326,7 @@ export class Demo {
     this.#isUnchecked = false;
     this.#isComparing = false;
     this.#followed = 0;
+    this.preview.withdraw();
     this.offer.hide();
   }
 
@@ -420,6 +442,7 @@ export class Demo {
       return;
     }
     this.log.last = answer;
+    this.right.setMap(this.preview.withdraw(), this.#mean);
     if (!this.#before) {
       report(answer.message, true);
       return;
@@ -435,10 +458,10 @@ export class Demo {
 
   /** @param {Shown} shown */
   #show(shown) {
-    const [source, target] = [this.source, this.target].map(({outline}) => Math.abs(moments(outline).area));
     this.shown = shown;
     this.pinning.floats = shown.floats;
-    this.right.setMap(shown.floats, Math.sqrt(source / target));
+    this.right.hurry(shown.stage === 'live' && !shown.isStill);
+    this.right.setMap(this.preview.take(shown.floats, shown.seq), this.#mean);
     const {energy, within2, folds, missed} = shown.figures, seconds = (shown.milliseconds / 1000).toFixed(1), short = this.pinning.short;
     this.pinning.scene.wrong = {pins: missed.filter((k) => !short.includes(k))};
     this.#redrawPins();

@@ -4,6 +4,7 @@ import {carry} from '../io/edit/page/carry.js';
 import {atRim, closest, distance, inside} from '../io/edit/page/geometry.js';
 import {pointsOf} from './panes.js';
 
+/** @import {Movement} from '../io/edit/page/preview.js' */
 /** @import {Actions, Ends, Item, PaneScene, Pin, Point, Side} from '../io/edit/page/types.d.ts' */
 /** @import {Shape} from './types.d.ts' */
 
@@ -61,10 +62,12 @@ export class Pinning {
    * @param {object} page
    * @param {() => Record<Side, Shape>} page.shapes
    * @param {(change: Change) => void} page.changed called after each change
+   * @param {(movement: Omit<Movement, 'seq'>) => void} page.moved called when an end of a pin has been moved, before `changed`
    * @param {(text: string) => void} page.refuse shows why something cannot be done
    */
-  constructor({shapes, changed, refuse}) {
+  constructor({shapes, changed, moved, refuse}) {
     this.shapes = shapes;
+    this.moved = moved;
     this.changed = changed;
     this.refuse = refuse;
   }
@@ -167,7 +170,10 @@ export class Pinning {
     const pin = this.scene.pins[number], ring = pointsOf(this.shapes()[side].outline);
     const place = this.#problem(side, point, pin) ? atRim(ring, point, 1.5 * NEAR_OUTLINE_SHARE * diagonal(ring)) : point;
     if (!place || this.#problem(side, place, pin)) return false;
+    const from = /** @type {Point} */ (pin[side]), others = this.scene.pins.filter((other) => other !== pin).map((other) => /** @type {Point} */ (other[side]));
+    const movement = {side, source: /** @type {Point} */ (pin.source), by: place.map((value, axis) => value - from[axis]), others};
     pin[side] = rounded(place);
+    this.moved(movement);
     this.changed('dragged');
     return true;
   }

@@ -65,6 +65,11 @@ export class Solver {
     this.#worker?.postMessage({kind: 'resume', seq: 0, state});
   }
 
+  /** The number of the next request. */
+  get next() {
+    return this.#seq + 1;
+  }
+
   /** Whether requests other than searches can be sent. */
   get isReady() {
     return !this.busy || (this.#isQuiet && this.#state !== null);

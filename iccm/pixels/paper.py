@@ -79,7 +79,7 @@ class Backdrop(NamedTuple):
     tone: Float | None = None
 
 
-def on_paper(texture: Texture, painted: Sequence[Complex] = ()) -> Texture:
+def on_paper(texture: Texture, painted: Sequence[Complex] = (), *, toned: bool = False) -> Texture:
     """Return a texture with paper where it is transparent: everywhere, or in what an area encloses.
 
     The paper is tinted with the drawing's mean colour: light, but not white, or almost black where the drawing itself
@@ -93,6 +93,8 @@ def on_paper(texture: Texture, painted: Sequence[Complex] = ()) -> Texture:
         Closed outlines of an area that is a tone on the paper, in the texture's plane: those of parts
         counter-clockwise, those of holes clockwise. Paper lies in its holes only. The texture is extended so that it
         contains the area.
+    toned
+        Whether the paper is the lighter one that a tone lies on, also where the tone itself is painted later.
 
     Examples
     --------
@@ -103,22 +105,23 @@ def on_paper(texture: Texture, painted: Sequence[Complex] = ()) -> Texture:
     """
     if texture.alpha < 0:
         return texture
-    ground = ground_of(texture, toned=bool(painted))
-    if ground.tone is not None:
+    ground = ground_of(texture, toned=toned or bool(painted))
+    has_tone = bool(painted) and ground.tone is not None
+    if has_tone:
         texture = _extended(texture, bounding_box(np.concatenate(painted)))
     pixels = texture.pixels
     values = decode(pixels, texture.alpha, srgb=False, associated=texture.associated, premultiply=True)
     bare = 1 - values[..., texture.alpha]
-    toned: Float = np.zeros(bare.shape, np.float32)
-    if ground.tone is not None:
-        toned, enclosed = (_share_of(rings, texture) for rings in (painted, without_holes(painted)))
+    tone_share: Float = np.zeros(bare.shape, np.float32)
+    if has_tone:
+        tone_share, enclosed = (_share_of(rings, texture) for rings in (painted, without_holes(painted)))
         bare *= enclosed
-        toned = np.divide(toned, enclosed, out=np.zeros_like(toned), where=enclosed > 0)
+        tone_share = np.divide(tone_share, enclosed, out=np.zeros_like(tone_share), where=enclosed > 0)
     colours = [k for k in range(pixels.shape[2]) if k != texture.alpha]
     for number, k in enumerate(colours):
         paper = ground.paper[number]
         tone = paper if ground.tone is None else ground.tone[number]
-        values[..., k] += bare * (paper + toned * (tone - paper))
+        values[..., k] += bare * (paper + tone_share * (tone - paper))
     values[..., texture.alpha] += bare
     return replace(
         texture, pixels=encode(values, pixels.dtype, texture.alpha, srgb=False, associated=texture.associated)

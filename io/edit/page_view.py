@@ -103,15 +103,17 @@ class PageView:
         area_ratio = self._pair.source.curve.area / self._pair.target.curve.area
         return float(np.sqrt(area_ratio) * scale / source.scale)
 
-    @lru_cache(maxsize=1)  # noqa: B019  (there is one view in a session)
-    def texture(self, most: int) -> bytes:
-        """Return the texture as PNG with at most so many pixels a side."""
+    @lru_cache(maxsize=2)  # noqa: B019  (there is one view in a session)
+    def texture(self, most: int, *, toned: bool = False) -> bytes:
+        """Return the texture as PNG with at most so many pixels a side, on the paper that a tone lies on if `toned`."""
         image, job, source = self._image, self._pair.job, self._pair.source
         if isinstance(source, MeshShape) and texture.on_mesh(job, source):
             image = lay_out(job, source, image, self.boxes[0], most)
         if texture.on_paper(job, source) and image.alpha >= 0:
             placed = image.texture(self.boxes[0], kind=job.kind)
-            filled = on_paper(placed)  # with its antialiased edge, since the whole texture is shown
+            filled = on_paper(
+                placed, toned=toned
+            )  # with its antialiased edge, since the whole texture is shown
             image = image.with_pixels(filled.pixels, filled.alpha)
         return png(image, most)
 

@@ -109,14 +109,15 @@ class _Answers:
         return answer
 
     def texture(self, request: Request) -> Response:
-        """Return the texture as a PNG, with at most as many pixels a side as the page asks for."""
+        """Return the texture as a PNG, with at most as many pixels a side as the page asks for, and on its paper."""
         session = self._workspace.session
         if session is None:
             return Response(status_code=404)
         side = request.query_params.get("side", "")
         most = int(side) if side.isdecimal() and len(side) <= MOST_SIDE_DIGITS else LEAST_SIDE_TEXELS
         most = min(max(most, LEAST_SIDE_TEXELS), limits.PAGE_TEXELS)
-        return Response(session.view.texture(most), media_type="image/png")
+        toned = request.query_params.get("paper") == "toned"
+        return Response(session.view.texture(most, toned=toned), media_type="image/png")
 
     def triangles(self, request: Request) -> Response:
         """Return the mesh of a side."""

@@ -34,6 +34,9 @@ const GRID_LINES = 16;  // along the longer side of the source
 /** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions, comparison: Comparison, linked: Linked, preview: Preview} | null} */
 let page = null;
 
+/** The paper below the drawing. */
+let shownPaper = 'plain';
+
 /** Whether another tab is editing. */
 let taken = false;
 
@@ -212,10 +215,13 @@ function resize(panes) {
 /**
  * @param {Hello} hello
  * @param {Record<Side, Pane>} panes
+ * @param {string} [paper] below a drawing: plain, or toned where a tone lies on it
  */
-async function loadTexture(hello, panes) {
-  const answer = await fetch(`texture.png?side=${panes.source.painter.maxSide}`), {box, bounds} = hello.source;
+async function loadTexture(hello, panes, paper = 'plain') {
+  shownPaper = paper;
+  const answer = await fetch(`texture.png?side=${panes.source.painter.maxSide}&paper=${paper}`), {box, bounds} = hello.source;
   const image = await createImageBitmap(await answer.blob(), {colorSpaceConversion: 'none', premultiplyAlpha: 'none'});
+  if (paper !== shownPaper) return;
   for (const pane of [panes.source, panes.target]) {
     pane.painter.texture(image, {box, edge: hello.edge, filter: hello.filter});
     pane.overlay.step = Math.max(bounds[2] - bounds[0], bounds[3] - bounds[1]) / GRID_LINES;
@@ -236,7 +242,11 @@ function showMap(message, floats) {
   target.hurry(message.kind === 'coarse');
   if (editor.replaced && floats) target.fade();
   if (message.outlines?.length) target.reshape(message.outlines);
-  if (message.kind === 'full') target.showSilhouette(message.silhouette ?? {});
+  if (message.kind === 'full') {
+    const paper = message.silhouette?.colors?.[1] ? 'toned' : 'plain';
+    target.showSilhouette(message.silhouette ?? {});
+    if (paper !== shownPaper) loadTexture(page.hello, page.panes, paper);
+  }
   if (floats) {
     target.painter.map(page.preview.take(floats, message.seq));
     page.linked.take(floats);

@@ -7,7 +7,8 @@ import {SHADERS} from './shaders.js';
 /** @import {Surface} from './surface.js' */
 
 /** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Fan a polygon as a triangle fan */
-/** @typedef {{texture: WebGLTexture} & Look} Layer */
+/** @typedef {{texture: WebGLTexture, fast: WebGLSampler} & Look} Layer `fast` reads fewer texels */
+/** @typedef {{frame: WebGLFramebuffer, colour: WebGLTexture, depth: WebGLRenderbuffer, width: number, height: number}} Buffer pixels without antialiasing */
 /** @typedef {{array: WebGLVertexArrayObject, buffer: WebGLBuffer, count: number}} Patches triangles of a map, and the number of their corners */
 /** @typedef {{handle: WebGLProgram, at: (name: string) => WebGLUniformLocation | null}} Program */
 
@@ -49,6 +50,11 @@ export class Painter {
   #view = {x: 0, y: 0, zoom: 1, width: 1, height: 1};
   /** @type {Overlay} */
   #overlay = {grid: false, stretch: false, own: 0, ghost: 0, swipe: null, mapped: false, holes: false, mean: 1, step: 1};
+
+  /** Whether pictures that are on the screen for a moment are painted fast, with jagged edges. */
+  hurried = false;
+  /** @type {Buffer | null} */
+  #buffer = null;
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -204,7 +210,12 @@ export class Painter {
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, wraps[look.edge] ?? gl.CLAMP_TO_EDGE);
     const anisotropy = gl.getExtension('EXT_texture_filter_anisotropic');
     if (anisotropy && !near) gl.texParameteri(gl.TEXTURE_2D, anisotropy.TEXTURE_MAX_ANISOTROPY_EXT, MAX_ANISOTROPY);
-    return {texture, ...look};
+    const fast = gl.createSampler(), wrapping = wraps[look.edge] ?? gl.CLAMP_TO_EDGE;
+    if (!fast) throw new Error('The graphics context was lost.');
+    gl.samplerParameteri(fast, gl.TEXTURE_MIN_FILTER, near ? gl.NEAREST : gl.LINEAR_MIPMAP_NEAREST);
+    gl.samplerParameteri(fast, gl.TEXTURE_MAG_FILTER, near ? gl.NEAREST : gl.LINEAR);
+    for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.samplerParameteri(fast, axis, wrapping);
+    return {texture, fast, ...look};
   }
 
   /**
@@ -237,14 +248,54 @@ export class Painter {
    * @param {Overlay} overlay
    */
   draw(view, overlay) {
-    const gl = this.#gl, left = view.left ?? 0, bottom = view.bottom ?? 0;
+    const gl = this.#gl, left = view.left ?? 0, bottom = view.bottom ?? 0, isHurried = this.hurried && !overlay.plain;
+    const buffer = isHurried ? this.#bufferFor(left + view.width, bottom + view.height) : null;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, buffer?.frame ?? null);
     gl.viewport(left, bottom, view.width, view.height);
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(left, bottom, view.width, view.height);
     this.#paint(view, overlay);
-    if (overlay.swipe === null || overlay.plain || !this.#drawing) return;
-    gl.scissor(left, bottom, Math.round(overlay.swipe * view.width), view.height);
-    this.#paint(view, {...overlay, own: 1, ghost: 0});
+    if (overlay.swipe !== null && !overlay.plain && this.#drawing) {
+      gl.scissor(left, bottom, Math.round(overlay.swipe * view.width), view.height);
+      this.#paint(view, {...overlay, own: 1, ghost: 0});
+      gl.scissor(left, bottom, view.width, view.height);
+    }
+    if (buffer) this.#copy(buffer);
+  }
+
+  /**
+   * Return a buffer for pictures without antialiasing, which takes most of the time where there is no graphics card.
+   * @param {number} width in pixels
+   * @param {number} height
+   */
+  #bufferFor(width, height) {
+    const gl = this.#gl, {colour, depth, frame} = this.#buffer ?? {colour: gl.createTexture(), depth: gl.createRenderbuffer(), frame: gl.createFramebuffer()};
+    if (this.#buffer && width <= this.#buffer.width && height <= this.#buffer.height) return this.#buffer;
+    gl.bindTexture(gl.TEXTURE_2D, colour);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, gl.DEPTH24_STENCIL8, width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, colour, 0);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_STENCIL_ATTACHMENT, gl.RENDERBUFFER, depth);
+    return this.#buffer = {frame, colour, depth, width, height};
+  }
+
+  /**
+   * Copy what was painted to the canvas.
+   * @param {Buffer} buffer
+   */
+  #copy({colour}) {
+    const gl = this.#gl;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.disable(gl.BLEND);
+    gl.disable(gl.STENCIL_TEST);
+    gl.useProgram(this.#programs.copy.handle);
+    gl.bindSampler(0, null);
+    gl.bindTexture(gl.TEXTURE_2D, colour);
+    gl.bindVertexArray(null);
+    gl.drawArrays(gl.TRIANGLES, 0, CORNERS);
   }
 
   /**
@@ -369,6 +420,7 @@ export class Painter {
     if (!layer) return;
     gl.useProgram(handle);
     gl.bindTexture(gl.TEXTURE_2D, layer.texture);
+    gl.bindSampler(0, this.hurried && !overlay.plain ? layer.fast : null);
     gl.uniform2f(at('centre'), view.x, view.y);
     gl.uniform2f(at('reach'), 2 * view.zoom / view.width, -2 * view.zoom / view.height);
     gl.uniform4fv(at('box'), layer.box);

@@ -193,6 +193,7 @@ export class Pane {
   hurry(on) {
     if (!this.painter.software || this.#rough === on) return;
     this.#rough = on;
+    this.painter.hurried = on;
     this.resized();
   }
 

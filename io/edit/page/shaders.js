@@ -18,6 +18,8 @@ void paint(vec2 s, mat2 metric) {
   if (beyond && bounded) c = vec4(0);
   vec3 rgb = c.a > 0.0 ? c.rgb / c.a : vec3(0);
   c = vec4(vec3(encoded(rgb.r), encoded(rgb.g), encoded(rgb.b)) * c.a, c.a) * opacity;
+  colour = c;
+  if (stretch == 0.0 && grid == 0.0) return;
   mat2 j = mat2(dFdx(s), dFdy(s)), m = j * inverse(metric) * transpose(j) / (mean * mean);
   float size = m[0][0] + m[1][1], area = sqrt(max(determinant(m), 0.0));
   float root = sqrt(max(size * size - 4.0 * area * area, 0.0));
@@ -61,6 +63,13 @@ export const SHADERS = {
     void main() { at = a0; gl_Position = placed(a0); }`, `${COLOUR}
     in vec2 at;
     void main() { paint(at, mat2(1)); }`],
+  /** Copies the pixels of another picture of the same size. */
+  copy: [`#version 300 es
+    void main() { gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1); }`, `#version 300 es
+    precision highp float;
+    uniform sampler2D texture_;
+    out vec4 colour;
+    void main() { colour = texelFetch(texture_, ivec2(gl_FragCoord.xy), 0); }`],
   mesh: [`#version 300 es
     ${PLACE}
     uniform mat3 turn;

@@ -339,6 +339,11 @@ def test_the_first_pin_keeps_the_silhouette_on_which_a_drawing_is_shown(drawings
     pin = {"source": place, "target": placing.transfer(edited, "source", [place])[0]}
     pinned = edited.solve(scene(pin))
     assert pinned.ok and pinned.silhouette["rings"] == shown.silhouette["rings"]
+    paper = tuple(bytes.fromhex(shown.silhouette["colors"][0][1:]))
+    for data in (edited.view.texture(256, toned=True), picture):
+        image = Image.open(io.BytesIO(data))
+        colours = {colour[:3] for _, colour in image.convert("RGBA").getcolors(2**20)}
+        assert paper in colours  # on the page as in the export
     toned, before = (area_of(update.silhouette["toned"]) for update in (pinned, shown))
     assert toned.symmetric_difference(before).area < 1e-3 * before.area  # whose outline has other vertices
     assert exported(edited, scene(pin), "b.png") == picture
