@@ -96,7 +96,10 @@ def _shapes(
     files = [file for file in (source, target) if file is not None]
     needed = [name for name, value in (("SOURCE", text), ("TARGET", target_text)) if value is None]
     if len(files) < len(needed):
-        raise click.UsageError(f"Missing argument '{needed[len(files)]}'.", click.get_current_context())
+        missing = f"Missing argument '{needed[len(files)]}'."
+        if not files and text is not None:
+            missing += f" --text is the source; to fill letters with a picture, use --target-text {text!r}."
+        raise click.UsageError(missing, click.get_current_context())
     if len(files) > len(needed):
         options = [
             name for name, value in (("--text", text), ("--target-text", target_text)) if value is not None

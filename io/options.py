@@ -1116,7 +1116,8 @@ class JobOptions:
     pin: tuple[Any, ...] = _option(
         "A source point and its target point, in the files' units. May be repeated.", "SX,SY:TX,TY",
         default=(), parse=many, parse_each=point_syntax.pin, commands=MORPHED, basic=True,
-        brief="A source point and its target point. May be repeated.",
+        brief="A source point and its target point, which is met closely, or exactly with --exact-pins. May be "
+        "repeated.",
         words="point points landmark landmarks anchor correspondence pins handle",
         topic="constraints",
     )  # fmt: skip

@@ -304,8 +304,8 @@ def _output(name: str, job: Job, settings: MorphSettings) -> Output | None:
             return Artwork(name)
         if suffix not in ANIMATED:
             need = (
-                f"not an animation; use {' '.join(ANIMATED)} .svg {LOTTIE}, or {NUMBER} in the name to write one "
-                "file per frame"
+                f"not an animation; use {' '.join(ANIMATED)} .svg .css.svg {LOTTIE}, or {NUMBER} in the name to "
+                "write one file per frame"
             )
             fades = f"--target-texture only works with pictures; use {' '.join(ANIMATED)}"
             raise InputError(f"{name}: {fades if NUMBER in name or suffix in ('.svg', LOTTIE) else need}")

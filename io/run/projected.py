@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...errors import InputError
-from ..shapes.projected import read_pair, view_of
-from ..spec import is_view
+from .. import formats
+from ..shapes.projected import is_sheet, read_pair, view_of
+from ..spec import Spec, is_view
 from .job import Job
 
 if TYPE_CHECKING:
@@ -39,6 +40,13 @@ def read(job: Job) -> Pair:
         if getattr(job, name) != option.default:
             text = f"--{name.replace('_', '-')}: does not apply, because the map of {view} is given by its geometry"
             raise InputError(f"{text}; leave it out")
+    source = Spec.of(job.source).path
+    if job.texture and is_sheet(job.target) and not is_view(job.source) and not formats.of(source).picture:
+        raise InputError(
+            f"{job.source}: onto a sheet, its canvas is mapped and not its outline; mark the sheet on the photo "
+            f"instead: {job.texture}#plane=… with its four corners, or #cylinder=DIAMETERxHEIGHT:… with six points "
+            "of a label's edges"
+        )
     return read_pair(job.source, job.target)
 
 

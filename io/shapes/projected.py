@@ -40,10 +40,11 @@ EXAMPLES = {
     "cone": "cone:90x60x110",
     "sphere": "sphere:220,label=80x60",
 }
+SIX_POINTS = "left end, middle and right end of the upper edge, then of the lower edge from right to left"
 MARKED_EXAMPLES = {
     "plane": "photo.jpg#plane=20,30:400,50:420,600:10,580 (four corners, from the top left clockwise)",
-    "cylinder": "photo.jpg#cylinder=82x95:20,30:…, with six points",
-    "cone": "photo.jpg#cone=90x60x110:20,30:…, with six points",
+    "cylinder": f"photo.jpg#cylinder=82x95:20,30:… ({SIX_POINTS})",
+    "cone": f"photo.jpg#cone=90x60x110:20,30:… ({SIX_POINTS})",
 }
 NUMBERS_OF_SIZES = {SHEET: 2, "plane": 2, "cylinder": 2, "cone": 3, "sphere": 1}
 NUMBERS_OF_POINTS = {"plane": 4, "cylinder": 6, "cone": 6}
@@ -69,6 +70,11 @@ def read_pair(source: str, target: str) -> tuple[Shape, Shape]:
     return first, second
 
 
+def is_sheet(text: str) -> bool:
+    """Return whether a spec names a flat sheet without a camera."""
+    return text.partition(":")[0] == SHEET and is_view(text)
+
+
 def flat_picture(text: str) -> Shape:
     """Read the canvas of a picture or a drawing as a shape; of a part of it, the bounding box.
 
@@ -78,6 +84,10 @@ def flat_picture(text: str) -> Shape:
     spec = Spec.of(text)
     if formats.of(spec.path).mesh and not formats.of(spec.path).drawing:
         raise InputError(f"{text}: is a mesh; only pictures and drawings lie flat on such a shape")
+    if spec.selection in MARKED_EXAMPLES and formats.of(spec.path).picture:
+        raise InputError(
+            f"{text}: its points are missing; write for example {MARKED_EXAMPLES[spec.selection]}"
+        )
     boxes = f"#{CANVAS}", f"#{shape.BBOX}"
     if not text.endswith(boxes):
         is_whole = spec.selection is None and (formats.of(spec.path).picture or formats.of(spec.path).drawing)

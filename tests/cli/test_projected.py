@@ -147,6 +147,17 @@ def test_wrong_targets_are_refused_in_one_line(folder, iccm, target, about):
     assert not Path("wrong.png").exists()
 
 
+def test_an_outline_that_would_be_ignored_is_refused(folder, iccm):
+    result = iccm("map", "sign.svg", "sheet:160x96", "--texture", "coffee.jpg", "-o", "wrong.png")
+    assert result.code == 2 and "coffee.jpg#plane=" in result.err and not Path("wrong.png").exists()
+
+
+@pytest.mark.parametrize("kind", ["plane", "cylinder", "cone"])
+def test_the_points_of_a_marked_sheet_are_asked_for(folder, iccm, kind):
+    result = iccm("map", f"coffee.jpg#{kind}", "sheet:160x96", "-o", "wrong.png")
+    assert result.code == 2 and f"photo.jpg#{kind}=" in result.err and result.err.count("\n") == 1
+
+
 @pytest.mark.parametrize("arguments", [("--pin", "1,2:3,4"), ("--method", "conformal"), ("--fit", "cover")])
 def test_options_of_a_search_are_refused(folder, iccm, arguments):
     result = iccm("map", "sign.svg", "cylinder:90x100", *arguments, "-o", "wrong.png")
