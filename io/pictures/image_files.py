@@ -1,5 +1,6 @@
 """Pictures in files: read as stored (straight alpha, own depth), written with colour space and metadata."""
 
+import re
 import tempfile
 import zlib
 from collections.abc import Iterable, Iterator
@@ -63,9 +64,8 @@ FORGOTTEN: tuple[str, ...] = (
     "ICCProfile:",
 )
 FORGOTTEN += ("Orientation", "textureformat", "Exif:PixelXDimension", "Exif:PixelYDimension", "thumbnail")
-TIFFFILE_SHAPE = (
-    '{"shape": '  # begins the description by which tifffile and scikit-image state a picture's size
-)
+TIFFFILE_SHAPE = re.compile(r'\{("axes": "\w+", )?"shape": \[')
+"""Begins the description by which tifffile and scikit-image state a picture's size, which older ones write second."""
 KTX2_MAGIC = b"\xabKTX 20\xbb\r\n\x1a\n"  # the first bytes of such a file
 
 
@@ -576,7 +576,7 @@ def _metadata(spec: oiio.ImageSpec) -> tuple[dict[str, Any], bool]:
     is_complete = True
     for entry in spec.extra_attribs:
         try:
-            states_size = entry.name == "ImageDescription" and str(entry.value).startswith(TIFFFILE_SHAPE)
+            states_size = entry.name == "ImageDescription" and TIFFFILE_SHAPE.match(str(entry.value))
             if not (entry.name.startswith(FORGOTTEN) or states_size):
                 # skip values that cannot be written back
                 oiio.ImageSpec().attribute(entry.name, entry.type, entry.value)
