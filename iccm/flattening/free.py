@@ -130,7 +130,7 @@ class Elastic:
         return u
 
     def energy(self, u: Complex, theta: float) -> float:
-        """Return the energy of positions (n,), for which no pattern is computed; infinite with folds."""
+        """Return the energy of positions (n,), infinite with folds; this does not need the matrices' pattern."""
         corners = np.ascontiguousarray(self.shapes).ravel()
         gradients, _ = geometry(corners, np.arange(corners.size).reshape(-1, 3))
         return RestShapes(self.faces, NO_SLOTS, gradients, self.weights).energy(u, _objective(theta))

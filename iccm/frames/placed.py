@@ -91,7 +91,8 @@ def fit_placed(pair: DrawingPair, *, pins: Complex, detail: Detail | None = None
     possible = [placement for placement in placements if placement is not None]
     if not possible:
         raise InputError(
-            f"place: with these pins no copy fits (place {options.place}); move the pins, or use place fill"
+            f"place: the picture cannot be placed so that it meets these pins (place {options.place}); move the pins, "
+            "or use place fill"
         )
     best = min(possible, key=lambda placement: _cost(placement, pair))
     if options.place == "slice" and detail is not None and not detail.is_empty and not len(pins):

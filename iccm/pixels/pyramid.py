@@ -161,7 +161,7 @@ class Pyramid:
         _halved(self._rows(level - 1), self.edge, self.clamped, first, last, self._rows(level)[first:last])
 
     def _reduce_stored(self, first: int, last: int) -> None:
-        """Compute some rows of the first reduction of a picture that stays stored: two halvings at once."""
+        """Compute some rows of the first reduced picture, straight from the stored one (by two halvings at once)."""
         assert self._ready is not None
         height, divisor = int(self.height[0]), 1 << self._halvings
         start, end = divisor * first, min(divisor * last, height)

@@ -136,7 +136,7 @@ def unit_of(document: Any) -> float | None:
 
 
 def contents(entity: Any) -> Iterator[Any]:
-    """Yield the entities that a reference to a block shows, in the numbers of the drawing."""
+    """Yield the entities of the block that an INSERT entity shows, in the drawing's coordinates."""
     for reference in entity.multi_insert() if entity.mcount > 1 else [entity]:
         yield from reference.virtual_entities()
 

@@ -135,9 +135,13 @@ def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> 
         for remark in results["notes"][len(flat_layout.shape.notes) :]:
             note(remark)
         for name in filter(flat_files.is_flat_mesh, job.output):
-            note(f"{name}: is the flat mesh; --uv {name} writes the mesh with texture coordinates instead")
+            note(
+                f"{name}: the flat mesh itself; for the mesh in space with texture coordinates, use --uv {name}"
+            )
         if job.uv_by_suffix:
-            note(f"{job.uv}: is the mesh with texture coordinates; -o FILE.obj writes the flat mesh instead")
+            note(
+                f"{job.uv}: the mesh in space with texture coordinates; for the flat mesh itself, use -o FILE.obj"
+            )
     message = doubt(results)
     if (limit := deadline.current()) and limit.cut:
         message = message or limit.message("flattening it as evenly as possible")

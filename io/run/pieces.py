@@ -72,6 +72,9 @@ def _is_split(shape: Shape, original: Shape) -> bool:
 
 
 def _in_place_of(run: Run, side: int, shape: Shape, replaced: Shape) -> Shape:
-    """Return a piece that was cut differently in place of another, with the triangles of the file where it has them."""
+    """Return a piece moved to where the same piece lies that was cut in another way.
+
+    It refers to the file's triangles unless its own were split.
+    """
     shifted = beside(run, side, as_mesh(shape), as_mesh(replaced))
     return shifted if _is_split(shifted, replaced) else replace(shifted, file=as_mesh(replaced).file)

@@ -319,7 +319,8 @@ def _demand_one_tile(origins: Sequence[Origin], conflicts: Sequence[Conflicts], 
     )
     if repeating := sum(origin.repeating_triangles for origin in origins):
         raise InputError(
-            f"{new}: {repeating} triangles of its layout are larger than the picture, which they would repeat; {cure}"
+            f"{new}: {repeating} triangles of its layout are larger than the picture, so it would be repeated in them; "
+            f"{cure}"
         )
     covered = sum(origin.grid.report["covered_texels"] for origin in origins)
     if sum(conflict.wrapped for conflict in conflicts) > CONFLICTING_SHARE * covered:

@@ -224,7 +224,7 @@ class Run:
 
     @cached_property
     def mapping(self) -> AnyMap:
-        """The map, or those of all parts as one, without what it carries into holes of the target.
+        """The map, or the maps of all parts joined into one, cut off at holes of the target.
 
         The texture of a chart lies in its layout, which may be mirrored; a checkerboard on a single chart is not
         mirrored.

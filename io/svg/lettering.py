@@ -647,7 +647,7 @@ def _transformed(text: str, style: Mapping[str, str]) -> str:
 
 
 def _raised(shift: str, font: Font) -> float:
-    """Return the height in user units of a `baseline-shift`, written with its font size as "value@size"."""
+    """Return how far a `baseline-shift` raises text, in user units; it is given with its font size as "value@size"."""
     value, _, size = shift.partition("@")
     if value in ("sub", "super"):  # half a line, as in browsers
         return (0.5 if value == "super" else -0.5) * font.line_height * float(size)

@@ -63,7 +63,7 @@ class Handles(Output):
                 raise self._refusal(shape.spec)
         for kind, name in (("strokes", "strokes"), ("rigid", "rigid regions")):
             if run.constraints.get(kind):
-                raise InputError(f"--handles: does not work with {name}; remove them")
+                raise InputError(f"--handles: does not work with {name}; leave one of the two out")
         rows, columns = self._size(run)
         if not handles.has_room(run.source, rows, columns):
             raise InputError(
