@@ -86,8 +86,8 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
         return Curve(source.at(s)), s
     if source.z.size > MAX_POLYGON_VERTICES:
         raise InputError(
-            f"vertices: the source has {source.z.size} vertices, more than {MAX_POLYGON_VERTICES}; pass how many to use, "
-            "such as vertices=200"
+            f"vertices: the source has {source.z.size} vertices, more than {MAX_POLYGON_VERTICES}; pass how many to "
+            "use, such as vertices=200"
         )
     return source, source.knots[:-1]
 
