@@ -82,7 +82,9 @@ class Joined:
         """Keep one of several triangles with the same three vertices, if edges have more than two.
 
         Of a two-sided surface one side is kept. Triangles between two cells of a solid are removed if its
-        surface is closed without them. Removed triangles that are not copies of one that stays are `hidden`.
+        surface is closed without them. Removed triangles are `hidden` if they are not copies of one that stays, and
+        not backs in the midst of a surface, which are a fault of the file and seen by nobody: the back of a sheet
+        begins at its rim.
         """
         if not self.shape.crowded_edges:
             return self
@@ -99,6 +101,8 @@ class Joined:
         # one for each set of corners and each side
         seen = distinct_rows(np.column_stack([group, _is_odd(self.shape.faces)]))[0]
         others = np.setdiff1d(seen, single)
+        if reason != "between cells":
+            others = others[_reach_rim(self.shape.faces[others], self.shape.faces[single], self.shape.count)]
         hidden = self._of_triangles(others, ())._single()._mended() if others.size else None
         return self._of_triangles(single, (*self.notes, note), hidden)
 
@@ -166,6 +170,16 @@ def _is_odd(faces: Index) -> Flags:
     """Return (m,) whether the corners of triangles (m, 3) are an odd permutation of their sorted order."""
     a, b, c = faces.T
     return (a > b) ^ (b > c) ^ (a > c)
+
+
+def _reach_rim(backs: Index, fronts: Index, count: int) -> Flags:
+    """Return (m,) whether the connected piece of each back (m, 3) has an edge on the rim of the fronts (k, 3)."""
+    front, back = Triangles(fronts, count), Triangles(backs, count)
+    rim = np.flatnonzero(front.twin < 0)
+    keys = front.edge_key(front.tail[rim], front.head[rim])
+    on_rim = np.isin(back.edge_key(back.tail, back.head), keys).reshape(-1, 3).any(axis=1)
+    piece = back.components()
+    return np.bincount(piece, on_rim, minlength=1)[piece] > 0
 
 
 def _places(points: Real) -> tuple[Index, Index]:

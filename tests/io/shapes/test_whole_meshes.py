@@ -160,6 +160,20 @@ def test_backs_of_a_sheet_have_their_own_places(shapes, iccm):
     assert max(shared) < 1e-9
 
 
+def test_backs_in_the_midst_of_a_surface_share_the_places_of_their_fronts(shapes, iccm):
+    """Faces of a ball that are written a second time, turned over, are a fault of the file: they get no charts."""
+    ball = trimesh.creation.icosphere(1)
+    faces = np.concatenate([ball.faces, ball.faces[:4, ::-1], ball.faces[30:31, ::-1]])
+    rows = [f"v {x} {y} {z}" for x, y, z in ball.vertices] + [f"f {i} {j} {k}" for i, j, k in faces + 1]
+    (shapes / "ball.obj").write_text("\n".join(rows) + "\n")
+    flat = iccm("flatten", "ball.obj", "--uv", "flat.obj")
+    assert flat.code == 0, flat.err
+    written = mesh_files.read("flat.obj").mesh
+    corners = written.uv[written.uv_corners].reshape(-1, 3, 2)
+    centres = corners.mean(axis=1)
+    assert centres[80:] == pytest.approx(centres[[0, 1, 2, 3, 30]])
+
+
 def holey(path):
     """A ball with random missing and doubled faces, a third of them flipped, and a fin on one of its edges."""
     ball, draw = trimesh.creation.icosphere(3), np.random.default_rng(5)
