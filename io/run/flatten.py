@@ -28,7 +28,7 @@ from ..shapes.mesh_shape import MeshShape
 from ..shapes.shape import Shape
 from ..shapes.split_rims import missed
 from ..spec import Spec
-from . import flat_files, overlay_picture, preview, report
+from . import flat_files, report
 from .job import FlattenJob, Outcome
 from .requirements import Requirement, refuse
 
@@ -80,6 +80,28 @@ def check(job: FlattenJob) -> None:
         raise InputError(f"--seams: cannot be combined with {'--no-cut' if job.no_cut else '--onto'}")
     for name in job.output:
         flat_files.check(name, overlay=bool(job.overlay))
+    if job.overlay or job.colormap or job.overlay_range:
+        _check_overlay(job)
+    if job.uv:
+        formats.check(job.uv, "uv", formats.why_no_coordinates(job.uv))
+    if job.plot:
+        formats.check_plot(job.plot)
+    if job.preview:
+        from . import preview  # slow to import, as it reads and writes pictures
+
+        preview.check(job.preview)
+    formats.check_report(job.report)
+    files.check_outputs(job.outputs, job.inputs, force=job.force)
+
+
+def _check_overlay(job: FlattenJob) -> None:
+    """Check that an overlay is drawn, and that its options apply.
+
+    Raises:
+        InputError: there is no picture of it, or none in colour.
+    """
+    from . import overlay_picture  # slow to import, as it writes pictures
+
     pictures = [name for name in job.output if flat_files.is_picture(name)]
     if job.overlay and not pictures:
         raise InputError("--overlay: needs a picture that shows it; add -o FILE with .png, .tif or .exr")
@@ -88,14 +110,6 @@ def check(job: FlattenJob) -> None:
             name = option.replace("_", "-")
             raise InputError(f"--{name}: is for pictures of --overlay in colour; write one with -o FILE.png")
     overlay_picture.check_colormap(job.colormap)
-    if job.uv:
-        formats.check(job.uv, "uv", formats.why_no_coordinates(job.uv))
-    if job.plot:
-        formats.check_plot(job.plot)
-    if job.preview:
-        preview.check(job.preview)
-    formats.check_report(job.report)
-    files.check_outputs(job.outputs, job.inputs, force=job.force)
 
 
 def run(job: FlattenJob, *, tell: Callable[[str], None] = lambda note: None) -> Outcome:
@@ -298,6 +312,8 @@ def write_all(flat_layout: FlatMesh, job: FlattenJob, stack: ExitStack) -> dict[
     for name in job.output:
         path = stack.enter_context(files.replacing(name, force=force))
         if overlay is not None and flat_files.is_picture(name):
+            from . import overlay_picture
+
             overlay_picture.write(shape, overlay, path, colormap=job.colormap, ends=job.overlay_range)
         else:
             flat_files.write(shape, path, millimetres)
@@ -313,6 +329,8 @@ def write_all(flat_layout: FlatMesh, job: FlattenJob, stack: ExitStack) -> dict[
         words = [*summary(results), "", *(f"note: {note}" for note in results["notes"])]
         plots.draw(shape, stack.enter_context(files.replacing(job.plot, force=force)), words)
     if job.preview:
+        from . import preview
+
         path = stack.enter_context(files.replacing(job.preview, force=force))
         part, checks = preview.textured(shape)
         preview.write(path, [part], Sampler(checks), shape.file.mesh.up_axis)

@@ -15,7 +15,7 @@ from iccm.io.run import Job, flat_files
 from iccm.io.run.inputs import Inputs
 from iccm.io.shapes import mesh_reading
 from iccm.io.spec import Spec
-from iccm.meshes.disk_patch import Joined, disk_patch, sound_piece
+from iccm.meshes.disk_patch import Joined, close_pairs, disk_patch, sound_piece
 from iccm.meshes.flatten import overlap
 from iccm.meshes.mesh import Mesh, check, triangulate
 
@@ -564,3 +564,14 @@ def test_flipped_faces_do_not_tear_a_surface_with_a_fin():
     joined = Joined.of(Mesh.triangles("fin", points, np.append(faces, [fin], axis=0)))
     assert joined.sizes == [320, 1]
     assert sound_piece(joined).loops == []
+
+
+@pytest.mark.parametrize("reach", [1e-6, 0.03, 0.2])
+def test_close_pairs_are_those_of_all_pairs(reach):
+    """Also where many points have the same place along a direction, so that a tree is needed."""
+    draw = np.random.default_rng(7)
+    points = draw.random((150, 3))
+    points = np.concatenate([points, points[:40] + 3e-7 * draw.normal(size=(40, 3))])
+    a, b = np.triu_indices(len(points), 1)
+    near = np.linalg.norm(points[a] - points[b], axis=1) <= reach
+    assert {*map(frozenset, close_pairs(points, reach).tolist())} == {*map(frozenset, zip(a[near], b[near]))}
