@@ -309,7 +309,7 @@ SEEN = (
 
 
 def optional(rows: tuple[FigureRow, ...]) -> tuple[FigureRow, ...]:
-    """Return rows that may be absent: the first one, and the others unless they are inside it."""
+    """Return rows that reports may lack: the first one, and those of the others that it does not contain."""
     return tuple(row._replace(always=row.always and "." in row.key) for row in rows)
 
 

@@ -195,7 +195,7 @@ def _own_solution(problem: SurfaceProblem, own_map: OwnMap) -> Solution:
 
 
 def _own_start(problem: SurfaceProblem, used: UnitProblem, state: DiscreteMap) -> DiscreteMap | None:
-    """Return the map, its source the surface, that the map on the surface's own triangles starts from.
+    """Return a map of the surface from which the solve on the surface's own triangles starts.
 
     None where the own triangles cannot be used: with strokes, with pins that were released, and where holes of the
     other side would have to shrink.

@@ -323,7 +323,7 @@ def _between(place: NDArray[np.float64], z: Complex, positions: NDArray[np.float
 
 
 def _spans(pieces: Sequence[Piece], stretch: _Stretch) -> list[Part]:
-    """Return the segments of a stretch, the first and last one trimmed."""
+    """Return the segments of a stretch of a curve, with the first and the last one shortened to its ends."""
     parts: list[Part] = []
     for k in range(math.floor(stretch.place[0]), math.ceil(stretch.place[-1])):
         a, b = max(stretch.place[0] - k, 0.0), min(stretch.place[-1] - k, 1.0)

@@ -277,5 +277,5 @@ def _number(text: str, spec: str, usage: str) -> float:
     except ValueError:
         raise InputError(f"{spec}: {text!r} is not a number; {usage}") from None
     if not abs(value) <= limits.COORDINATE:
-        raise InputError(f"{spec}: {text!r} is not a number of a usual size; {usage}")
+        raise InputError(f"{spec}: {text!r} is not a number, or is too large or too small; {usage}")
     return value
