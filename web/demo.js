@@ -80,6 +80,12 @@ export class Demo {
   #isStale = false;
   /** Whether the last change has no place at which the picture was let go, so that the map may converge. */
   #isLoose = false;
+  /** The number of the request that contains the last movement. */
+  #lastMoved = 0;
+  /** What was seen when the hand released, or once the map had reached all pins there. @type {Float32Array | null} */
+  #released = null;
+  /** Whether the map is to return to what is seen, because it would leave what was released. */
+  #isLeaving = false;
   /** How often the worker has followed since the last movement. */
   #followed = 0;
   /** Whether the map has not been compared with one from scratch. */
@@ -235,6 +241,7 @@ export class Demo {
    * @param {Movement} movement
    */
   #preview(movement) {
+    this.#lastMoved = movement.seq;
     const floats = this.preview.move(movement);
     if (!floats) return;
     this.right.hurry(true);
@@ -251,12 +258,31 @@ export class Demo {
   #changedPins(change) {
     this.#isHeld = change === 'dragged';
     const isSeen = change === 'placed' && this.map !== null;  // the pin is where the map takes it
+    if (change === 'dropped') this.#release();
     this.#isChanged ||= change !== 'dropped' && !isSeen;
     this.#isLoose = change === 'removed';
     if (isSeen) this.#isUnchecked = true;
     if (!this.#isHeld) this.#push();
     this.#redrawPins();
     this.#next();
+  }
+
+  /** Keep what is seen from now on. */
+  #release() {
+    const {shown} = this, isThere = shown && shown.seq >= this.#lastMoved && !shown.figures.missed.length;
+    this.#released = isThere ? shown.floats : null;
+  }
+
+  /**
+   * Return whether a map that comes to rest is farther from what was released than anybody wants it to be.
+   * @param {Shown} shown
+   */
+  #leaves({stage, seq, floats, figures}) {
+    if (stage !== 'live' || this.#isLoose || seq < this.#lastMoved) return false;
+    if (!this.#released && figures.missed.length) return false;  // it has not followed yet
+    this.#released ??= floats;
+    const [left, top, right, bottom] = boxOf(this.target.outline);
+    return displacement(this.#released, floats) > AGREED_DIAGONAL_SHARE * Math.hypot(right - left, bottom - top);
   }
 
   /** Add the present state to those to which undo returns. */
@@ -326,6 +352,8 @@ export class Demo {
     this.#isUnchecked = false;
     this.#isComparing = false;
     this.#followed = 0;
+    this.#isLeaving = false;
+    this.#lastMoved = 0;
     this.preview.withdraw();
     this.offer.hide();
   }
@@ -416,6 +444,11 @@ export class Demo {
     this.log.stages[answer.stage] = (this.log.stages[answer.stage] ?? 0) + 1;
     if (answer.stage === 'done') {
       this.#before = null;
+      if (this.#isLeaving && this.shown?.state && !this.#isHeld && !this.#isChanged) {
+        this.solver.resume(this.shown.state);
+        this.shown.isStill = true;
+      }
+      this.#isLeaving = false;
       this.#next();
     } else if (answer.stage === 'error') {
       this.#failed(answer);
@@ -426,6 +459,10 @@ export class Demo {
       const shown = /** @type {Shown} */ (answer);
       this.log.last = shown;
       const isLatest = !this.#isHeld && !this.#isChanged && !this.#pending;
+      if (isLatest && this.shown && this.#leaves(shown)) {
+        this.#isLeaving = true;
+        return;
+      }
       if (shown.map && isLatest) {
         this.map = shown.map;
         this.#stopShort(shown);
@@ -549,12 +586,14 @@ export class Demo {
       const to = this.#at(moved), step = [to[0] - at[0], to[1] - at[1]];
       const {centre, by} = this.#pending ?? {centre: at, by: [0, 0]};
       this.#pending = {centre, by: [by[0] + step[0], by[1] + step[1]], radius};
+      this.#lastMoved = this.solver.next;
       at = to;
       this.#next();
     }, () => {
       if (!this.#isHeld) return;
       this.#isHeld = false;
       this.#isLoose = false;
+      this.#release();
       this.#push();
       this.#next();
     });

@@ -114,7 +114,8 @@ function answer(request, shown) {
     const {frames, factors} = request.state;
     present = {map: DiscreteMap.restored(request.state), frames, factors};
   } else if (map && request.kind === 'finish') {
-    const finished = request.settle ? continued(map, weightsFor(request, [map.source.curve, map.target.curve], present)) : map;
+    const weights = weightsFor(request, [map.source.curve, map.target.curve], present);
+    const finished = request.settle ? continued(map, weights) : map.withWeights(weights);
     present.map = finished;
     shown(withAllVertices(finished) ?? finished, 'full', present);
   } else if (map && (request.kind === 'follow' || request.kind === 'drag')) {

@@ -61,11 +61,7 @@ STILL_SHARE = 2e-4
 pixel of 800."""
 MOST_SETTLING_SHARE = 0.005
 """Largest displacement by which a map settles after a pin was released, relative to the target's diagonal. What is
-released stays where it was seen; further settling waits for the next drag.
-"""
-MOST_PULLED_SHARE = 0.01
-"""Largest displacement of a released map that has not reached its pins, relative to the target's diagonal. If it would
-move farther, it stays, and the pins stop short.
+released stays where it was seen: further settling waits for the next drag, and a pin that is not reached stops short.
 """
 SHORT_AIMS = (NARROW_AIM, 0.0)
 """Distances at which soft pins stop short of their places, relative to their limits. At the first one their springs
@@ -662,8 +658,7 @@ class Session:
             return None
         if released is None:
             return update
-        most = MOST_SETTLING_SHARE if was_met else MOST_PULLED_SHARE
-        if self._moved_share(released, relaxed) > most:
+        if self._moved_share(released, relaxed) > MOST_SETTLING_SHARE:
             self._live, self._maps, self._is_met, self._missed = live, earlier, was_met, missed
             return None
         return update

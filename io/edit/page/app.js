@@ -26,13 +26,16 @@ import {Tools} from './tools.js';
 import {Tour} from './tour.js';
 
 /** @import {Movement} from './preview.js' */
-/** @import {Actions, ErrorMessage, Hello, MapMessage, PaneScene, Side, TakenMessage} from './types.d.ts' */
+/** @import {Actions, ErrorMessage, Figures, Hello, MapMessage, PaneScene, Side, TakenMessage} from './types.d.ts' */
 
 const GRID_LINES = 16;  // along the longer side of the source
 
 /** Set once the server has reported the open shapes. */
 /** @type {{hello: Hello, panes: Record<Side, Pane>, actions: Actions, comparison: Comparison, linked: Linked, preview: Preview} | null} */
 let page = null;
+
+/** The figures of the last full map. @type {Figures} */
+let figures = {};
 
 /** The paper below the drawing. */
 let shownPaper = 'plain';
@@ -154,7 +157,7 @@ async function open(hello) {
   listenToControls({editor, link, panes, actions});
   listenToLandmarks(editor, link);
   listenToLattice(editor, link);
-  new Fits(editor);
+  new Fits(editor, (side) => presentResult(panes.target, side));
   listenToKeys({editor, panes, comparison, saving, tools, linked, layout});
   disableControls(hello, panes);
   showNotes(hello.notes);
@@ -243,6 +246,7 @@ function showMap(message, floats) {
   if (editor.replaced && floats) target.fade();
   if (message.outlines?.length) target.reshape(message.outlines);
   if (message.kind === 'full') {
+    figures = message.figures;
     const paper = message.silhouette?.colors?.[1] ? 'toned' : 'plain';
     target.showSilhouette(message.silhouette ?? {});
     if (paper !== shownPaper) loadTexture(page.hello, page.panes, paper);
@@ -262,6 +266,17 @@ function showMap(message, floats) {
   report(sentence, !message.ok);
   document.body.classList.toggle('short', Boolean(message.short?.length));
   refresh();
+}
+
+/**
+ * Return what is seen, as a result to compare with others; null while it changes.
+ * @param {Pane} pane
+ * @param {number} side pixels of the longer side
+ */
+function presentResult(pane, side) {
+  const [left, top, right, bottom] = pane.shape.box, zoom = side / Math.max(right - left, bottom - top);
+  if (editor.kind !== 'full' || editor.busy) return null;
+  return {address: pane.picture(Math.round(zoom * (right - left)), Math.round(zoom * (bottom - top))), figures, text: ''};
 }
 
 /**

@@ -4,10 +4,12 @@ import {button, byId, dialog} from './dom.js';
 import {rounded} from './figures.js';
 
 /** @import {Editor} from './editor.js' */
-/** @import {Figures} from './types.d.ts' */
+/** @import {Figures, Scene} from './types.d.ts' */
 
 const THUMBNAIL_SIZE = 256;  // pixels of the longer side
 const ALL_SHARE = 0.995;     // from which all of a shape counts as seen
+const SAME_DIGITS = 6;       // significant digits of figures that are equal only for the same result
+const LANES = 2;             // results that are computed at the same time
 
 /** The button of a fit: its value, its name, and where its picture and figures go. */
 class Tile {
@@ -34,12 +36,11 @@ class Tile {
   }
 
   /** @param {Result} result */
-  show({blob, figures, text}) {
-    if (blob) {
+  show({address, figures, text}) {
+    if (address) {
       const image = new Image();
-      image.src = URL.createObjectURL(blob);
+      image.src = address;
       image.alt = '';
-      image.onload = () => URL.revokeObjectURL(image.src);
       this.picture.replaceChildren(image);
       this.figures.textContent = inWords(figures);
     } else {
@@ -65,17 +66,24 @@ class Tile {
  */
 const childOf = (element, selector) => /** @type {HTMLElement} */ (element.querySelector(selector));
 
-/** The result of a fit; the text says why there is none. @typedef {{blob?: Blob, bytes: string, figures: Figures, text: string}} Result */
+/** The result of a fit: the address of its picture, and its figures; without a picture, the text says why. @typedef {{address: string, figures: Figures, text: string}} Result */
 
 export class Fits {
   #editor;
   #tiles = [.../** @type {NodeListOf<HTMLButtonElement>} */ (document.querySelectorAll('[data-fit]'))].map((element) => new Tile(element));
   /** Stops the thumbnails that are not there yet. */
   #leaving = new AbortController();
+  #present;
+  /** The results of fits by their values, until something else changes. @type {{key: string, results: Map<string, Promise<Result>>}} */
+  #known = {key: '', results: new Map()};
 
-  /** @param {Editor} editor */
-  constructor(editor) {
+  /**
+   * @param {Editor} editor
+   * @param {(side: number) => Result | null} present returns what is seen, with so many pixels on the longer side
+   */
+  constructor(editor, present) {
     this.#editor = editor;
+    this.#present = present;
     button('fits-show').onclick = () => this.show();
     dialog('fits').onclose = () => this.#leaving.abort();
     for (const {element, value} of this.#tiles) element.onclick = () => this.#choose(element, value);
@@ -84,23 +92,48 @@ export class Fits {
   /** Open the dialog, and show one result after the other, the automatic one first; fits with the same result share a tile. */
   async show() {
     const scene = structuredClone(this.#editor.scene), {signal} = this.#leaving = new AbortController();
-    /** Tiles by the bytes of their pictures. @type {Map<string, Tile>} */
+    const results = this.#begin(scene, signal);
+    /** Tiles by the figures of their results. @type {Map<string, Tile>} */
     const shown = new Map();
     for (const tile of this.#tiles) tile.clear(tile.value === scene.fit);
     byId('fits-said').textContent = 'Comparing…';
     dialog('fits').showModal();
     for (const tile of this.#tiles) {
-      const result = await resultOf({...scene, fit: tile.value}, signal);
+      const result = /** @type {Result} */ (await results.get(tile.value)), key = result.address && figuresKey(result.figures);
       if (signal.aborted) return;
-      const alike = shown.get(result.bytes);
+      const alike = shown.get(key);
       if (alike) {
         alike.share(tile);
       } else {
         tile.show(result);
-        if (result.bytes) shown.set(result.bytes, tile);
+        if (key) shown.set(key, tile);
       }
     }
     byId('fits-said').textContent = '';
+  }
+
+  /**
+   * Begin to compute the results that are not known yet; what is seen need not be computed.
+   * @param {Scene} scene
+   * @param {AbortSignal} signal
+   */
+  #begin(scene, signal) {
+    const key = JSON.stringify({...scene, fit: ''}), present = this.#present(THUMBNAIL_SIZE);
+    if (key !== this.#known.key) {
+      for (const result of this.#known.results.values()) result.then(({address}) => URL.revokeObjectURL(address));
+      this.#known = {key, results: new Map()};
+    }
+    const {results} = this.#known, lanes = Array.from({length: LANES}, () => /** @type {Promise<unknown>} */ (Promise.resolve()));
+    if (present) results.set(scene.fit, Promise.resolve(present));
+    this.#tiles.filter(({value}) => !results.has(value)).forEach(({value}, k) => {
+      const result = lanes[k % LANES].then(() => resultOf({...scene, fit: value}, signal));
+      results.set(value, result);
+      lanes[k % LANES] = result;
+      let isDone = false;
+      result.then(() => { isDone = !signal.aborted; });
+      signal.addEventListener('abort', () => { if (!isDone) results.delete(value); });
+    });
+    return results;
   }
 
   /**
@@ -135,19 +168,27 @@ export function inWords({stretch, shown, covered, left_out: leftOut, uncovered})
 }
 
 /**
+ * Return a text that is the same for two results only if they are the same.
+ * @param {Figures} figures
+ */
+function figuresKey({stretch, shown, covered, left_out: leftOut, uncovered}) {
+  const numbers = [...Object.values(stretch ?? {}), shown, covered, leftOut, uncovered];
+  return numbers.map((number) => number?.toPrecision(SAME_DIGITS) ?? '').join();
+}
+
+/**
  * Return the picture that a scene's map makes, or a text that says why there is none.
  * @param {object} scene
  * @param {AbortSignal} signal
  * @returns {Promise<Result>}
  */
 async function resultOf(scene, signal) {
-  const nothing = {bytes: '', figures: {}};
+  const nothing = {address: '', figures: {}};
   try {
     const body = JSON.stringify({scene, name: 'thumbnail.png', size: THUMBNAIL_SIZE});
     const answer = await fetch('export', {method: 'POST', body, signal});
     if (!answer.headers.get('x-file-name')) return {...nothing, text: (await answer.json()).error ?? 'no result'};
-    const blob = await answer.blob(), bytes = new Uint8Array(await blob.arrayBuffer());
-    return {blob, bytes: bytes.join(), figures: JSON.parse(answer.headers.get('x-figures') ?? '{}'), text: ''};
+    return {address: URL.createObjectURL(await answer.blob()), figures: JSON.parse(answer.headers.get('x-figures') ?? '{}'), text: ''};
   } catch {
     return {...nothing, text: 'no result'};  // the dialog was closed, or the server has ended
   }
