@@ -6,6 +6,7 @@ Here the edges of the picture are compared with what the map makes of them, in d
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +20,10 @@ from ...maps.triangulated.map import TriangulatedMap
 FEATURE_RADIUS_SHARE = 0.1
 """Radius of a feature, such as a mouth, relative to the square root of the source's area."""
 MOST_BEND = 0.4
-"""Of a feature: the root mean square distance of its edges from their best place under a similarity, relative to its
-size, or that of the sines of their rotations, whichever is larger. A stretch by 2.6 in one direction, or a smile that
-is turned over, is more.
+"""Of a feature, the largest of three measures: the root mean square distance of its edges from their best place under a
+similarity, relative to its size; that of the sines of their rotations; and by how much the feature as a whole is
+rotated relative to the picture around it, as a chord of the unit circle. A stretch by 2.6 in one direction, a smile
+that is turned over, or an eye that is rotated by 24 degrees in its face, is more.
 """
 LEAST_EDGES = 12  # in a feature: fewer do not show its form
 LEAST_DETAIL_RATIO = 0.35  # of a feature's detail to that of the feature with most
@@ -31,6 +33,8 @@ LEAST_WIDTH_RATIO = (
 MOST_FEATURES = 200  # discs that are compared
 MOST_PLACES = 3  # that are reported, the most bent first
 APART_RADII = 1.5  # between reported features
+AROUND_RADII = 2.0  # from the middle of a feature: there, the picture around it is seen
+AROUND_POINTS = 24  # all of them in the shape: features at its rim turn with the outline
 RIM_RADII = 0.5  # from the source's outline: nearer edges follow the outline, which has to change
 
 
@@ -61,11 +65,7 @@ def bent_places(maps: list[TriangulatedMap], detail: Detail, source: Curve) -> l
     radius = FEATURE_RADIUS_SHARE * float(np.sqrt(abs(source.area)))
     is_inner = source.contains(detail.points) & (source.distances(detail.points) > RIM_RADII * radius)
     z, weights = detail.points[is_inner], detail.weights[is_inner]
-    w, rotations = np.full((2, z.size), complex(np.nan, np.nan))
-    for map in maps:
-        images, f_z, _ = map.jet(z)
-        is_new = np.isfinite(images) & ~np.isfinite(w)
-        w[is_new], rotations[is_new] = images[is_new], f_z[is_new] / np.abs(f_z[is_new])
+    w, rotations = _moved(maps, z)
     shown = np.isfinite(w)
     z, w, rotations, weights = z[shown], w[shown], rotations[shown], weights[shown]
     if z.size < LEAST_EDGES:
@@ -80,6 +80,7 @@ def bent_places(maps: list[TriangulatedMap], detail: Detail, source: Curve) -> l
             for disc in discs
         ]
     )
+    bends = np.maximum(bends, _turns(maps, z[centres], discs, rotations, weights, radius, source))
     bends[amounts < LEAST_DETAIL_RATIO * amounts.max()] = 0
     places: list[BentPlace] = []
     for k in np.argsort(-bends):
@@ -93,6 +94,49 @@ def bent_places(maps: list[TriangulatedMap], detail: Detail, source: Curve) -> l
                 BentPlace(complex(z[nearest]), complex(w[nearest]), min(radius, room), float(bends[k]))
             )
     return places
+
+
+def _moved(maps: list[TriangulatedMap], z: Complex) -> tuple[Complex, Complex]:
+    """Return the images of points (n,), and the rotations there as complex numbers of absolute value 1; both are NaN
+    where no map shows the point.
+    """
+    w, rotations = np.full((2, z.size), complex(np.nan, np.nan))
+    for map in maps:
+        images, f_z, _ = map.jet(z)
+        is_new = np.isfinite(images) & ~np.isfinite(w)
+        w[is_new], rotations[is_new] = images[is_new], f_z[is_new] / np.abs(f_z[is_new])
+    return w, rotations
+
+
+def _turns(
+    maps: list[TriangulatedMap],
+    middles: Complex,
+    discs: Sequence[list[int]],
+    rotations: Complex,
+    weights: Real,
+    radius: float,
+    source: Curve,
+) -> Real:
+    """Return (k,) by how much features are rotated relative to the picture around them; 0 at the rim.
+
+    Args:
+        maps: of all parts.
+        middles: (k,) of the features.
+        discs: the edges of each.
+        rotations: (n,) of all edges.
+        weights: (n,) of all edges.
+        radius: of a feature.
+        source: the outline of the shape.
+    """
+    ring = AROUND_RADII * radius * np.exp(2j * np.pi * np.arange(AROUND_POINTS) / AROUND_POINTS)
+    around = (middles[:, None] + ring).ravel()
+    _, turned = _moved(maps, around)
+    turned[~source.contains(around)] = np.nan
+    turned = turned.reshape(-1, AROUND_POINTS)
+    is_inner = np.isfinite(turned).all(axis=1)
+    outer = np.nan_to_num(turned).sum(axis=1)
+    inner = np.array([np.average(rotations[disc], weights=weights[disc]) for disc in discs])
+    return np.where(is_inner, np.abs(np.exp(1j * (np.angle(inner) - np.angle(outer))) - 1), 0.0)
 
 
 def _deviation(z: Complex, w: Complex, weights: Real) -> float:

@@ -13,15 +13,16 @@ from iccm.maps.triangulated.map import TriangulatedMap
 
 SQUARE = Curve(np.array([0, 10, 10 + 10j, 10j]))
 MOUTH = 6.5 + 3j  # off the square's centre
+EYE = 3 + 7j
 
 
 def face():
     """Return the edges of a smiling mouth and of an eye, and of a wavy line that reaches across the square."""
     along = np.linspace(-1, 1, 60)
     mouth = np.concatenate([MOUTH + along * 0.9 + 1j * (0.6 * along**2 + lip) for lip in (-0.1, 0.1)])
-    around = 0.6 * np.exp(2j * np.pi * np.arange(40) / 40)
+    around = np.concatenate([size * np.exp(2j * np.pi * np.arange(40) / 40) for size in (0.6, 0.4)])
     points = np.concatenate(
-        [mouth, 3 + 7j + around, np.linspace(1, 9, 200) + 5j + 0.2j * np.sin(np.linspace(0, 20, 200))]
+        [mouth, EYE + around, np.linspace(1, 9, 200) + 5j + 0.2j * np.sin(np.linspace(0, 20, 200))]
     )
     weights = np.full(points.size, 1 / points.size)
     return Detail(points, np.ones(points.size, complex), weights, (0j, 10 + 10j), is_full=True)
@@ -58,6 +59,19 @@ def test_a_smile_that_is_turned_over_is_found_where_it_is():
     places = bent_places([map], face(), SQUARE)
     assert len(places) == 1 and abs(places[0].point - MOUTH) < 0.8 and places[0].bend > MOST_BEND
     assert abs(map(np.array([places[0].point]))[0] - places[0].image) < 1e-9
+
+
+def twisted(degrees):
+    """Rotate the eye within the picture, rigidly but for a ring around it."""
+    return lambda z: (
+        EYE + (z - EYE) * np.exp(1j * np.radians(degrees) * np.exp(-((np.abs(z - EYE) / 1.3) ** 6)))
+    )
+
+
+def test_an_eye_that_is_twisted_in_its_face_is_found_where_it_is():
+    places = bent_places([mapped(twisted(35))], face(), SQUARE)
+    assert len(places) == 1 and abs(places[0].point - EYE) < 0.8
+    assert bent_places([mapped(twisted(10))], face(), SQUARE) == []
 
 
 def test_what_only_follows_the_outline_is_not_bent():
