@@ -11,6 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 sys.path.insert(
@@ -28,6 +29,12 @@ SHAPES = {
     "blob.svg": '<path d="M10 40C10 10 40 5 60 12S98 40 90 60 60 95 40 90 10 70 10 40Z"/>',
     "disk.svg": '<circle id="rim" cx="50" cy="50" r="40"/>',
 }
+
+# whether a test passes does not depend on what else the machine does
+hypothesis.settings.register_profile(
+    "any load", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("any load")
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -97,6 +97,7 @@ class Detail:
         canvas: the box of the target's plane that pictures show; None if it has no bounds.
         keeps_form: whether the picture is only shown on what the target paints, not on its silhouette.
         faces: the boxes of faces, see `with_faces`.
+        is_photo: whether the picture may show things whose proportions people know, although it has no margin.
     """
 
     points: Complex
@@ -110,14 +111,15 @@ class Detail:
     canvas: Box | None = None
     keeps_form: bool = False
     faces: tuple[Box, ...] = ()
+    is_photo: bool = False
 
     def energy_weight(self, *, has_margin: bool) -> float:
         """Return the weight of the energy over edges relative to that over areas: people know the proportions of a
-        face, and those of a subject with an outline, but not those of a flag.
+        face, and those of a subject with an outline or in a photo, but not those of a flag.
         """
         if self.faces:
             return FACE_ENERGY_WEIGHT
-        return EDGE_ENERGY_WEIGHT if has_margin else RIMLESS_ENERGY_WEIGHT
+        return EDGE_ENERGY_WEIGHT if has_margin or self.is_photo else RIMLESS_ENERGY_WEIGHT
 
     def with_faces(self, faces: Sequence[Box]) -> "Detail":
         """Return the detail with edges in faces, which are together as important as all others."""

@@ -3,8 +3,9 @@
 A ring, a window or an icon drawn with lines paints little of the area that people see as its shape. A picture that is
 placed in it may then be shown on its silhouette instead: with its holes filled, or with the gaps between its parts
 closed: on its convex hull, which is widened where it is long and thin, as that of three dots in a row. What the target
-paints is then a tone below the picture; a picture without margin, which leaves no paper, is faded elsewhere. Still the
-target's form is seen less well, which has a cost.
+paints is then a tone below the picture. A picture without margin, which leaves no paper, takes the form of what the
+target paints, as a photo in a word does; only lines that surround a wide gap are closed, such as those of a folder's
+icon, and the picture is faded between them. Still the target's form is seen less well, which has a cost.
 """
 
 from collections.abc import Iterator
@@ -27,8 +28,13 @@ like a mistake: a cost of 0.14."""
 LEAST_WIDTH_RATIO = 0.5
 """Of width to length of the hull of a target with gaps: a thinner one is widened, or a subject would be tiny."""
 LINES_AREA_SHARE = 1 / 3
-"""Of the silhouette's area: a target that paints less is drawn with lines, so that a picture without margin, which
-otherwise takes the form of what the target paints, is also shown on what they enclose, faded there."""
+"""Of the silhouette's area: a target that paints less is drawn with lines, so that a picture without margin is also
+shown on what they enclose, faded there."""
+LINES_GAP_WIDTH_SHARE = 0.4
+"""Relative to the size (square root of the area) of a frame around such lines: if its widest gap is at least as wide, a
+picture without margin is also shown on the frame. Gaps of words are narrower."""
+GAP_WIDTH_PRECISION_SHARE = 0.01
+"""Relative to the frame's size, of the width of the widest gap."""
 LEAST_ADDED_SHARE = 1e-3
 """Of the silhouette's area: if less is filled, nobody sees it."""
 
@@ -53,8 +59,7 @@ def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) ->
     target
         The target.
     is_full
-        Whether the picture has no margin. It then takes the form of the target, as a photo in a word does, so only
-        lines are filled.
+        Whether the picture has no margin.
     canvas
         The box of the target's plane that pictures show; None if it has no bounds.
     """
@@ -63,14 +68,29 @@ def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) ->
     painted_share = target.region.area / filled.region.area
     if painted_share < (LINES_AREA_SHARE if is_full else 1 - LEAST_ADDED_SHARE):
         yield Silhouette(filled, ENCLOSED_WEIGHT * (1 - painted_share))
-    if is_full:
-        return
     hull = target.frames[-1].outline.polygon
-    if hull.area * (1 - LEAST_ADDED_SHARE) > filled.region.area:
-        for region in dict.fromkeys((hull, _widened(hull, canvas))):
-            closed, enclosed = region.area - filled.region.area, filled.region.area - target.region.area
-            cost = CLOSING_COST + (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
-            yield Silhouette(Drawing(region), cost)
+    if is_full:
+        frames = (frame.outline.polygon for frame in target.frames if not frame.left_out)
+        closings = [frame for frame in frames if _are_lines_around_gap(target, filled, frame)]
+    elif hull.area * (1 - LEAST_ADDED_SHARE) > filled.region.area:
+        closings = [hull, _widened(hull, canvas)]
+    else:
+        closings = []
+    for region in dict.fromkeys(closings):
+        closed, enclosed = region.area - filled.region.area, filled.region.area - target.region.area
+        cost = CLOSING_COST + (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
+        yield Silhouette(Drawing(region), cost)
+
+
+def _are_lines_around_gap(target: Drawing, filled: Drawing, frame: shapely.Polygon) -> bool:
+    """Return whether what a target paints in a frame are lines around a wide gap that they do not enclose."""
+    if target.region.area > LINES_AREA_SHARE * frame.area:
+        return False
+    gap, size = shapely.difference(frame, filled.painted), float(np.sqrt(frame.area))
+    if gap.is_empty:
+        return False
+    circle = shapely.maximum_inscribed_circle(gap, GAP_WIDTH_PRECISION_SHARE * size)
+    return 2 * shapely.length(circle) >= LINES_GAP_WIDTH_SHARE * size
 
 
 def _widened(hull: shapely.Polygon, canvas: Box | None) -> shapely.Polygon:

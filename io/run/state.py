@@ -41,8 +41,8 @@ if TYPE_CHECKING:
     from ..shapes.shape import Shape
     from .inputs import Inputs
 
-FADED_OPACITY = 0.35
-"""Of a picture without margin outside what the target paints: enough to recognise what is there."""
+FADED_OPACITY = 0.5
+"""Of a picture without margin outside what the target paints: both are recognised."""
 LEAST_TONED_SHARE = 1e-3
 """Of the area on which a picture is shown: if the target paints all but this, no tone would be seen."""
 

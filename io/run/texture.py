@@ -140,8 +140,10 @@ def detail_of(job: Job, source: Shape, image: Image, box: Box) -> Detail:
         colours = np.repeat(colours[..., :1], 3, axis=2)
     rgba = np.clip(np.nan_to_num(np.concatenate([colours, alpha[..., None]], axis=2)), 0, 1)
     weight = 1.0 if job.detail is None else job.detail
-    detail = Detail.of_picture(rgba, box, on_paper=has_ground(job, source), weight=weight)
-    if job.faces == "off" or detail.is_empty or not (job.faces == "on" or _shows_photo(job, source)):
+    is_photo = _shows_photo(job, source)
+    edges = Detail.of_picture(rgba, box, on_paper=has_ground(job, source), weight=weight)
+    detail = replace(edges, is_photo=is_photo)
+    if job.faces == "off" or detail.is_empty or not (job.faces == "on" or is_photo):
         return detail
     from ...drawings.faces import faces_of
 
@@ -150,7 +152,7 @@ def detail_of(job: Job, source: Shape, image: Image, box: Box) -> Detail:
 
 
 def _shows_photo(job: Job, source: Shape) -> bool:
-    """Return whether the texture is a picture, or a drawing with embedded pictures, so that it may show faces."""
+    """Return whether the texture is a picture, or a drawing with embedded pictures, so that it may be a photo."""
     if drawing_of(job, source) is None:
         return not shows_lettering(job, source)
     return any(outline.name.startswith("<image>") for outline in source.selected_outlines)

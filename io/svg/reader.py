@@ -27,7 +27,7 @@ from .crossings import TooMuch
 from .curves import thinned
 from .data_uri import content_of
 from .document import drawing_bytes, local
-from .drawing_content import DrawingContent, WrappedPicture
+from .drawing_content import DrawingContent, Rectangle, WrappedPicture
 from .fill import FilledOutline, Refused, outlines, outlines_of
 from .painted import painted_areas
 from .path_data import PenPath, Subpath, flatten, least
@@ -86,7 +86,10 @@ def read(
             rules = f"{count} style rule{'s' * (count > 1)}"
             drawing.notes.append(f"{rules} ignored: a malformed selector, or a pseudo-class such as :hover")
         _check_size(document.shapes, max_segments)
-        shown_nodes, without_area = _read_shapes(document.shapes, selection, drawing, flattener)
+        flattener.flatten_ahead([node for node in document.shapes if _may_be_outline(node, selection)])
+        page = document.canvas if selection is None else None
+        on_page = _on_page(document.shapes, page, drawing, flattener)
+        shown_nodes, without_area = _read_shapes(on_page, selection, drawing, flattener)
         for node in document.pictures:
             with naming(node.name):
                 _picture(node, selection, drawing, flattener)
@@ -211,6 +214,41 @@ class CurveFlattener:
         return self._rings[node]
 
 
+def _on_page(
+    shapes: list[Node], page: Rectangle | None, drawing: DrawingContent, flattener: CurveFlattener
+) -> list[Node]:
+    """Return the shapes of which something may be seen on the page, with a note on the others; all if none may be.
+
+    Drawings often have leftovers beside the page, such as swatches, which no program shows that renders them.
+    """
+    if page is None:
+        return shapes
+    on_page = [node for node in shapes if is_constraint(node) or _meets(node, page, flattener)]
+    if (left_out := len(shapes) - len(on_page)) == 0 or all(map(is_constraint, on_page)):
+        return shapes
+    drawing.notes.append(
+        f"{left_out} shape{'s lie' if left_out > 1 else ' lies'} completely outside the page, and "
+        f"{'are' if left_out > 1 else 'is'} left out; #ID selects one all the same"
+    )
+    return on_page
+
+
+def _meets(node: Node, page: Rectangle, flattener: CurveFlattener) -> bool:
+    """Return whether the box of a shape with its stroke meets a page; also if it has none, being malformed."""
+    try:
+        runs = flattener.runs(node)
+        scale = abs(node.affine.alpha) + abs(node.affine.beta)
+        width = scale * width_of(node)
+    except InputError:
+        return True
+    if not runs:
+        return True
+    z = np.concatenate([run.z for run in runs])
+    x, y, page_width, page_height = page
+    across = z.real.max() + width >= x and z.real.min() - width <= x + page_width
+    return bool(across and z.imag.max() + width >= y and z.imag.min() - width <= y + page_height)
+
+
 def _read_shapes(
     shapes: list[Node], selection: str | None, drawing: DrawingContent, flattener: CurveFlattener
 ) -> tuple[list[Node], dict[Node, Refused]]:
@@ -220,7 +258,6 @@ def _read_shapes(
         The shapes that are not constraints or regions, and those of them whose fill encloses no area, each with the
         reason.
     """
-    flattener.flatten_ahead([node for node in shapes if _may_be_outline(node, selection)])
     shown_nodes, without_area = list[Node](), dict[Node, Refused]()
     for node in shapes:
         with naming(node.name):

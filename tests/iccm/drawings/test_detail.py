@@ -140,6 +140,19 @@ def test_a_picture_without_margin_fills_only_what_lines_enclose(width, count):
     assert len(list(silhouettes(Drawing(ring), is_full=True))) == count
 
 
+@pytest.mark.parametrize(
+    ("target", "count"),
+    [
+        (shapely.box(0, 0, 20, 20) - shapely.box(1, 1, 20, 19), 2),  # open on one side: also its hull
+        (shapely.box(0, 0, 20, 20) - shapely.box(4, 4, 20, 16), 1),  # wide strokes
+        (shapely.MultiPolygon([shapely.box(x, 0, x + 0.5, 6) for x in range(0, 21, 3)]), 1),  # narrow gaps
+    ],
+)
+def test_a_picture_without_margin_is_shown_between_lines_around_a_wide_gap(target, count):
+    found = [item.drawing.region.area for item in silhouettes(Drawing(target), is_full=True)]
+    assert len(found) == count and all(area == pytest.approx(400, rel=0.05) for area in found[1:])
+
+
 def test_an_edge_is_seen_inside_the_target_and_less_at_its_rim():
     view = TargetView.of(shapely.box(0, 0, 100, 50))
     middle, pressed, outside = view.seen(np.array([30 + 20j, 30 + 1j, 30 - 3j]))

@@ -897,3 +897,30 @@ def test_the_area_of_a_fill_is_computed_once(tmp_path, monkeypatch):
     drawing = reader.read(path)
     assert drawing.painted.area == drawing.outlines[0].area - 2 == 38
     assert computed == ["evenodd"]
+
+
+PAGE = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="10 20 100 50">{}</svg>'
+INSIDE = '<path id="a" d="M20 30h30v20h-30z"/>'
+
+
+@pytest.mark.parametrize(
+    ("beside", "count"),
+    [
+        ('<path id="b" d="M120 30h10v10h-10z"/>', 1),
+        ('<path id="b" d="M20 2h10v10h-10z"/>', 1),
+        ('<path id="b" d="M108 30h10v10h-10z"/>', 2),  # partly on the page
+        ('<path id="b" d="M112 30h10v10h-10z" stroke="red" stroke-width="6"/>', 2),  # its stroke is
+        ('<g transform="translate(-100)"><path id="b" d="M120 30h10v10h-10z"/></g>', 2),
+    ],
+)
+def test_shapes_beside_the_page_are_left_out_with_a_note_unless_selected(tmp_path, beside, count):
+    (tmp_path / "a.svg").write_text(PAGE.format(INSIDE + beside))
+    drawing = reader.read(tmp_path / "a.svg")
+    assert len(drawing.outlines) == count and len(drawing.notes) == 2 - count
+    assert len(reader.read(tmp_path / "a.svg", "b").outlines) == 1
+
+
+def test_a_drawing_completely_beside_its_page_is_read(tmp_path):
+    (tmp_path / "a.svg").write_text(PAGE.format(INSIDE.replace("M20", "M120")))
+    drawing = reader.read(tmp_path / "a.svg")
+    assert len(drawing.outlines) == 1 and not drawing.notes
