@@ -112,7 +112,8 @@ def test_a_face_is_neither_squeezed_nor_cropped_unless_faces_are_off(folder, icc
     assert dilatation < 1.15 and seen > 0.95
     result = iccm("map", "photo.png", "wide.svg", "--faces", "off", *outputs)
     assert result.code == 0 and "face" not in result.err
-    assert dilatation_of_face("m.npz")[0] > 1.5
+    without, shown = dilatation_of_face("m.npz")
+    assert shown < 0.5 or without > 1.5
 
 
 @pytest.mark.slow
