@@ -177,7 +177,7 @@ def reference_system(module: Any, text: str) -> Any:
     try:
         with module.Env():  # which keeps GDAL from writing to stderr
             return kind.from_string(text) if is_known_form else kind.from_wkt(text)
-    except (module.errors.RasterioError, module.errors.CRSError):
+    except (module.errors.RasterioError, ValueError):
         raise InputError(
             f"{shown!r} is not a known coordinate reference system; use WKT, a code such as EPSG:4326, or a string of "
             "PROJ"

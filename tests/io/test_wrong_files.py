@@ -120,6 +120,7 @@ def test_an_error_of_a_decoder_that_is_not_text_is_reported(shapes, iccm):
         ("+proj=utm +zone=33 +datum=WGS84", 32633),
         ("EPSG:4326\n", 4326),
         ("EPSG:99999999", None),
+        ("EPSG:Infinity", None),
         ("not a system", None),
         ("", None),
         ("http://127.0.0.1:9/a.wkt", None),
