@@ -21,7 +21,7 @@ from ..maps.harmonic import ROUNDING_SHARE
 from ..maps.triangulated.map import TriangulatedMap
 from ..plane import diagonal
 from ..result import Fit, result_of
-from ..saved.geometry import Carrier
+from ..saved.geometry import Carrier, as_polygon
 from ..saved.inverted import InverseMap
 from ..saved.map_file import MapFile, SavedPlane
 from ..saved.map_file import read as read_file
@@ -39,6 +39,7 @@ from .run.report import write as write_report
 from .run.state import Run
 from .shapes.shape import Shape
 from .spec import INVERSE, path_of, saved_map_of
+from .svg import crossings
 
 SCHEMA = "iccm.apply/1"
 PICTURE_OPTIONS = ("target_box", "holes")
@@ -254,6 +255,18 @@ def in_one(names: Sequence[str], steps: Sequence[Saved]) -> Saved:
     return Saved(steps[0].name, fit, planes, job, lambda z: map.jet(z)[0], map.near * map.diagonal)
 
 
+def _check_crossings(polygons: Sequence[Sequence[Complex]]) -> None:
+    """Refuse polygons (rings, the outer one first) that cross themselves so often that repairing them takes long.
+
+    Raises:
+        InputError: they do.
+    """
+    count = 0
+    for rings in polygons:
+        if not as_polygon(rings).is_valid:
+            count = crossings.check([np.append(ring, ring[0]) for ring in rings if ring.size], before=count)
+
+
 def carry_geometry(
     steps: Sequence[Saved],
     path: str,
@@ -304,6 +317,10 @@ def carry_geometry(
         raise InputError(
             f"--unmapped keep: {suffix} files cannot contain entries without a position; use drop or refuse"
         )
+    if max_line_error is not None and not (content.geometry.lines or content.geometry.polygons):
+        raise InputError(f"--max-line-error: has no effect, because {path} contains no lines and no polygons")
+    with naming(path):
+        _check_crossings(content.geometry.polygons)
     to_source, from_target = _scales(steps, pixel_size, unit)
     if content.unit and pixel_size is None and unit is None:
         tell(

@@ -76,7 +76,7 @@ class Carrier:
         All results are simple.
         """
         parts = []
-        for polygon in map(_polygon, polygons):
+        for polygon in map(as_polygon, polygons):
             self.counts["polygons repaired"] += not polygon.is_valid
             sound = polygon if polygon.is_valid else shapely.make_valid(polygon)
             whole = self._reach.covers(sound)
@@ -94,7 +94,7 @@ class Carrier:
         tolerance, todo = self.tolerance, list(range(len(polygons)))
         for _ in range(FINER_ROUNDS):
             rings = [[np.append(ring, ring[0]) for ring in polygons[k]] for k in todo]
-            images = map(_polygon, _grouped(self._images(_flat(rings), tolerance), rings))
+            images = map(as_polygon, _grouped(self._images(_flat(rings), tolerance), rings))
             polygon_images |= dict(zip(todo, images))
             todo, tolerance = [k for k in todo if not polygon_images[k].is_valid], tolerance / 2
         for k in todo:
@@ -176,7 +176,8 @@ def _thinned(owner: Any, points: Complex, tolerance: float) -> tuple[Any, Comple
     return joined[order], np.append(points[~many], complex_of(xy))[order]
 
 
-def _polygon(rings: Sequence[Complex]) -> shapely.Polygon:
+def as_polygon(rings: Sequence[Complex]) -> shapely.Polygon:
+    """Return the polygon of rings (k,), the outer one first, which may cross themselves and each other."""
     outer, *holes = (xy_of(ring) if ring.size > 2 else None for ring in rings)
     return shapely.Polygon(outer, [hole for hole in holes if hole is not None])
 

@@ -20,12 +20,17 @@ class TooMuch(InputError):
     """Lines that would take too much work."""
 
 
-def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
+def check(lines: Sequence[Complex], *, reach: float = 0.0, before: int | None = None) -> int:
     """Refuse lines that cross each other or themselves too often, or have too many segments near each other.
 
     Args:
         lines: polylines; a closed one repeats its first point.
         reach: distance up to which two segments count as near.
+        before: crossings of other lines, which count for the same limit; by default there are no others, and a few
+            segments are not examined.
+
+    Returns:
+        The number of crossings, with those before.
 
     Raises:
         TooMuch: there are too many; the message is a sentence.
@@ -33,13 +38,13 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
     _nested(lines)
     a = np.concatenate([*(z[:-1] for z in lines), np.empty(0, complex)])
     b = np.concatenate([*(z[1:] for z in lines), np.empty(0, complex)])
-    if a.size <= FEW_SEGMENTS:
-        return
+    if before is None and a.size <= FEW_SEGMENTS:
+        return 0
     x, y = np.sort([a.real, b.real], axis=0), np.sort([a.imag, b.imag], axis=0)
     boxes = shapely.box(x[0], y[0], x[1] + reach, y[1] + reach)
     tree = shapely.STRtree(boxes)
     order = np.random.default_rng(0).permutation(a.size)
-    crossing_pairs = near_pairs = start = 0
+    crossing_pairs, near_pairs, start = before or 0, 0, 0
     step = FIRST_SEGMENTS
     while start < a.size:
         part = order[start : start + step]
@@ -55,6 +60,7 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0) -> None:
         if near_pairs > limits.NEAR_SEGMENTS:
             raise TooMuch("too many lines lie close together; simplify the path (Inkscape: Path > Simplify)")
         step = max(1, min(a.size, PAIRS_AT_ONCE * start // max(2 * near_pairs, 1)))
+    return crossing_pairs
 
 
 def _nested(lines: Sequence[Complex]) -> None:

@@ -11,6 +11,7 @@ import pytest
 import roifile
 
 import iccm as core
+from iccm.io import limits
 from iccm.io.apply import PICTURE_OPTIONS
 from iccm.io.options import options_of
 from iccm.io.pictures import image_files
@@ -474,3 +475,16 @@ def test_an_stmap_that_shows_nothing_of_a_picture_is_no_success(
 def test_a_name_from_an_unset_variable_is_refused(iccm, typed):
     result = iccm(*typed)
     assert result.code == 2 and "the name is empty" in result.err
+
+
+def test_polygons_that_together_cross_themselves_too_often_are_refused(saved, shapes, iccm, monkeypatch):
+    """A star of five points crosses itself five times."""
+    monkeypatch.setattr(limits, "CROSSINGS", 12)
+    turns = 0.8 * np.pi * np.arange(5)
+    stars = [[[30 + 20 * k + 8 * np.sin(t), 40 + 8 * np.cos(t)] for t in turns] for k in range(3)]
+    for count, code in ((2, 0), (3, 2)):
+        multiple = {"type": "MultiPolygon", "coordinates": [[[*star, star[0]]] for star in stars[:count]]}
+        (shapes / "g.geojson").write_text(json.dumps(multiple))
+        result = iccm("apply", "map.npz", "g.geojson", "-o", "h.geojson", "--force")
+        assert result.code == code, result.err
+    assert "cross each other too often" in result.err
