@@ -124,6 +124,8 @@ def _saved(maps: Sequence[str], input: str, output: str, arguments: dict[str, An
     job = {key: value for key, value in arguments.items() if value is not None and key not in used_here}
     threads = job.pop("threads", None)
     as_drawing = name in drawings and output != "-" and formats.of(output).drawing
+    if as_drawing:
+        refuse_given(("kind",), arguments, f"is for pictures, and {output} is a drawing")
     job |= {"max_line_error": error} if error else {}
     job |= {"output": [output]} | ({"source": input} if as_drawing else {"texture": input})
     saved = in_one(chain, steps)

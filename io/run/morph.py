@@ -29,13 +29,13 @@ from ..artwork.areas import Area
 from ..shapes.shape import Shape
 from ..spec import Spec
 from ..svg.document import SUFFIXES
-from . import flat_colours, framing
+from . import flat_colours, framing, requirements
 from .between import SOURCE, TARGET, MorphPath
 from .flat_colours import paint
 from .inputs import Inputs
 from .job import Job
 from .maps import Settings, note_maps, solve_pairs
-from .outputs import notes_on_shapes
+from .outputs import effects, notes_on_shapes
 from .outputs.artwork import Artwork
 from .outputs.output import Output
 from .outputs.picture import Picture, displayed
@@ -50,6 +50,20 @@ LOTTIE = ".json"
 """Suffix of Lottie animations."""
 T = TypeVar("T")
 ANIMATED = {".webp": "WEBP", ".gif": "GIF", ".png": "PNG"}
+
+
+def _has_pixels(run: Run, outputs: Sequence[Output | None]) -> bool:
+    return not all(isinstance(output, Artwork) for output in outputs)
+
+
+REQUIREMENTS = (
+    *effects.OF_CONSTRAINTS,
+    requirements.Requirement(
+        ("texture", "texture_box", "filter", "size"),
+        _has_pixels,
+        "all outputs are drawings; write pictures or an animation of them, such as -o FILE.webp",
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -188,6 +202,7 @@ def run(
             job, inputs, notes = pin_same_vertices(job, Inputs(job))
             job = _with_holes(job, inputs)
             run = _with_own_pictures(Run.read(job, inputs, threads, tell, phases, notes))
+            requirements.refuse(job, REQUIREMENTS, run, list(outputs.values()))
             _check(run, list(outputs.values()), settings.frames)
         run = _mapped(run)
         with phases.timed("morph"):

@@ -95,8 +95,10 @@ def _shows_target(run: Run, outputs: Outputs) -> bool:
     return any(output.shows_target for output in outputs) and has_own_picture(run.target)
 
 
-def _has(constraint: str) -> Callable[[Run, Outputs], bool]:
-    return lambda run, outputs: run.job.several or run.constraints.get(constraint) is not None
+def _has(*constraints: str) -> Callable[[Run, Outputs], bool]:
+    return lambda run, outputs: (
+        run.job.several or any(run.constraints.get(name) is not None for name in constraints)
+    )
 
 
 def _compares_detail(run: Run, outputs: Outputs) -> bool:
@@ -123,7 +125,16 @@ def _writes_mesh(run: Run, outputs: Outputs) -> bool:
 PICTURE = "no picture is written; write one with -o FILE.png"
 TEXTURE = "none of the outputs shows a texture; write a picture with -o FILE.png"
 
+OF_CONSTRAINTS = (
+    Requirement(("exact_pins",), _has("pins"), "there are no pins; add some with --pin"),
+    Requirement(("pin_weight",), _has("pins"), "there are no pins; add some with --pin"),
+    Requirement(("stroke_weight",), _has("strokes"), "there are no strokes; add some with --constraints"),
+    Requirement(
+        ("rigid_each",), _has("rigid", "rigid_target"), "there are no rigid regions; add some with --rigid"
+    ),
+)
 REQUIREMENTS = (
+    *OF_CONSTRAINTS,
     Requirement(("texture_scale", "texture_offset", "texture_turn", "texture_box"), _shows_place, TEXTURE),
     Requirement(("edge",), _has_edge, TEXTURE),
     Requirement(("filter",), _samples, TEXTURE),
@@ -147,9 +158,6 @@ REQUIREMENTS = (
         "the target's drawing is only shown in pictures and .svg files, and if the target is an SVG or DXF file, a "
         "picture or a text",
     ),
-    Requirement(("exact_pins",), _has("pins"), "there are no pins; add some with --pin"),
-    Requirement(("pin_weight",), _has("pins"), "there are no pins; add some with --pin"),
-    Requirement(("stroke_weight",), _has("strokes"), "there are no strokes; add some with --constraints"),
     Requirement(
         ("detail",),
         _compares_detail,
