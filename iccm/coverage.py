@@ -180,9 +180,10 @@ class Coverage:
 
     @property
     def uncovered(self) -> float:
-        """Share of the target's area that the map does not cover, or to which it maps holes of the source."""
-        assert self.target is not None
-        return self._share_without_partner(1, self.target, self.target_holes)
+        """Share of the target's area that the map does not cover, or to which it maps holes of the source; 0 for a
+        deformation, which has no target.
+        """
+        return 0.0 if self.target is None else self._share_without_partner(1, self.target, self.target_holes)
 
     def _share_without_partner(self, side: int, outer: Curve, holes: Sequence[Curve]) -> float:
         return self.without_partner[side].area / abs(outer.area + sum(hole.area for hole in holes))

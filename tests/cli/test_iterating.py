@@ -80,3 +80,10 @@ def test_the_memory_of_results_stays_small(shapes, iccm, monkeypatch):
     place = os.path.join(os.environ[STATE], "iccm", "outputs.jsonl")
     assert os.path.getsize(place) < 1200
     assert iccm("map", "square.svg", "blob.svg", *SMALL, "-o", "3.png").code == 0
+
+
+def test_a_deformation_starts_from_an_earlier_one(shapes, iccm):
+    arguments = ["deform", "square.svg", "--pin", "30,30:33,31"]
+    assert iccm(*arguments, "-o", "d.npz").code == 0
+    result = iccm(*arguments, "--pin", "60,60:58,61", "--start", "d.npz", "-o", "e.npz")
+    assert result.code == 0, result.err
