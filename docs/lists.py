@@ -2,7 +2,8 @@
 
 These are the values of `--fit` in the menus of `iccm edit` and of the plug-ins, the commands in the README, the mesh
 formats in the reference, what is kept of files of other programs, the extras on the page on installation, the
-figures of reports with their JSON schemas, and the constants of the solver that the demo's search shares.
+limits on inputs, the figures of reports with their JSON schemas, and the constants of the solver that the demo's search
+shares.
 """
 
 import ast
@@ -12,6 +13,7 @@ import re
 from collections.abc import Callable
 from functools import partial
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 
 from iccm.cli import COMMANDS
@@ -110,6 +112,32 @@ IN_SCHEMA_ONLY = ("Rigid regions", "Meshes", "Pictures")
 FIGURE_HEADER = "| key | unit | meaning |\n|---|---|---|\n"
 
 
+def limits() -> str:
+    """Return the rows of the table of limits: the constants of both modules with their descriptions."""
+    rows = ""
+    for path in (ROOT / "io" / "limits.py", ROOT / "iccm" / "limits.py"):
+        statements = ast.parse(path.read_text(encoding="utf-8")).body
+        module = importlib.import_module(f"iccm.{'io.' * (path.parent.name == 'io')}limits")
+        for statement, description in pairwise(statements):
+            if isinstance(statement, ast.Assign):
+                names = [name.id for name in ast.walk(statement.targets[0]) if isinstance(name, ast.Name)]
+                values = ", ".join(_amount(name, getattr(module, name)) for name in names)
+                meaning = " ".join(ast.literal_eval(description.value).split()).rstrip(".")
+                rows += f"| {meaning.replace('<', '&lt;')} | {values} |\n"
+    return rows
+
+
+def _amount(name: str, value: float) -> str:
+    """Return a limit with its unit, if its name has one."""
+    if name.endswith("BYTES"):
+        for shift, unit in ((30, "GiB"), (20, "MiB"), (10, "KiB")):
+            if value >= 1 << shift:
+                return f"{int(value) >> shift} {unit}"
+        return f"{value} bytes"
+    unit = " s" if name.endswith("SECONDS") else ""
+    return (f"{value:g}" if isinstance(value, float) or value >= 1e15 else f"{value:,}") + unit
+
+
 def figures(report: str, section: str) -> str:
     """Return the rows of the figures in a section of a kind of report."""
     return page_rows(REPORTS[report].sections[section])
@@ -130,6 +158,7 @@ LISTS: list[tuple[str, str, str, Callable[[], str]]] = [
     ),
     ("plugins/blender/__init__.py", "FITS = [\n", "]", menu_of_blender),
     ("README.md", "| command | purpose |\n|---|---|\n", "\n", commands),
+    ("docs/limitations.md", "| quantity | limit |\n|---|---|\n", "\n", limits),
     (
         "docs/reference/shapes.md",
         "Meshes in these formats are read, and written with new texture coordinates:\n",

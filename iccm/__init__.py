@@ -54,6 +54,7 @@ symmetry          mirror symmetry of outlines: how far an outline is from its mi
 figures           figures about a result: distances of outlines, distortion, folds, and the report that collects them
 fit_data          what a result consists of: a map, what was given, notes, and what follows from these at once
 fit_files         results as saved maps, and back
+limits            limits on inputs that the library checks itself; `iccm.io.limits` adds those of files, and has all of…
 """
 
 from importlib import import_module

@@ -9,13 +9,13 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.validation import explain_validity
 
+from . import limits
 from .arrays import Complex, Real, as_complex, complex_of, xy_of
 from .buckets import SegmentGrid
 from .errors import InputError
 from .plane import bounding_box, distinct, polygon_area, segment_distances
 
 HAUSDORFF_ERROR_SHARE = 0.01  # relative error of a Hausdorff distance, which may be too small by this
-MOST_COORDINATE = 1e100  # products of four coordinates do not overflow
 ROUNDING_SHARE = 1e-9  # relative to the diagonal: shorter distances are not refined
 
 
@@ -325,10 +325,10 @@ def _finite(z: ArrayLike, name: str) -> Complex:
     bad = np.flatnonzero(~np.isfinite(z))
     if bad.size:
         raise InputError(f"{name}: vertex {bad[0]} is not a finite number")
-    far = np.flatnonzero(np.maximum(np.abs(z.real), np.abs(z.imag)) > MOST_COORDINATE)
+    far = np.flatnonzero(np.maximum(np.abs(z.real), np.abs(z.imag)) > limits.COORDINATE)
     if far.size:
         raise InputError(
-            f"{name}: vertex {far[0]} has a coordinate above {MOST_COORDINATE:g}, too large to compute areas; "
+            f"{name}: vertex {far[0]} has a coordinate above {limits.COORDINATE:g}, too large to compute areas; "
             "scale the shape down"
         )
     return z

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, fields, replace
 from numbers import Real
 from typing import Any, Literal, TypedDict, get_args
 
+from . import limits
 from .errors import InputError
 from .fits import FITS, FitName
 
@@ -25,10 +26,6 @@ factor of 48 lowered the 95th percentile of the dilatation by at most 1.4 % more
 """
 MAX_BALANCE = 10
 """Largest weight of areas: beyond 4, areas hardly change any more while angles get worse."""
-MAX_POLYGON_VERTICES = 4000
-"""Most vertices of a map's polygon in the conformal and the paper's method, whose equations are a dense matrix
-of that size.
-"""
 TOLERANCE = 1e-3
 """Default gap between the image of the boundary and the target, relative to the target's diagonal: half a pixel of
 a picture 500 pixels across."""
@@ -219,7 +216,7 @@ class Options:
     tangential: float = _number(0.05, methods=WEIGHTED, above=0, most=1)
     literal: bool = _field(False, methods=("paper",))
     vertices: int | str | None = _number(
-        None, methods=WEIGHTED, selects=True, least=3, most=MAX_POLYGON_VERTICES, words=("source",)
+        None, methods=WEIGHTED, selects=True, least=3, most=limits.VERTICES, words=("source",)
     )
     samples_per_edge: int | None = _number(None, methods=WEIGHTED, selects=True, least=1)
     max_iterations: int = _number(300, methods=WEIGHTED, selects=True, least=1)

@@ -65,9 +65,7 @@ NRRD_BYTES = {
 NRRD_DOMAINS = (b"domain", b"space", b"time", b"none", b"???")  # kinds of axes that are not those of vectors
 NIFTI_BYTES = {2: 1, 4: 2, 8: 4, 16: 4, 64: 8, 256: 1, 512: 2, 768: 4, 1024: 8, 1280: 8}
 """The same of NIfTI, by its codes: real numbers, as ITK ends the process for others."""
-MOST_DIMENSIONS = 4
 MOST_DIGITS = 12  # of a size in a header
-MOST_COMPONENTS = 4  # of a pixel: more than vectors and colours with alpha have
 _UNREAD = "cannot be read as a picture or field of ITK"
 _ELSEWHERE = "its data are not in this file; save header and data as one file"
 _META_LINE = re.compile(rb"[ \t]*([^=:\r\n]*?)[ \t]*[=:][ \t]*([^\r\n]*?)[ \t]*\r?\n")
@@ -161,12 +159,12 @@ class _Header:
             InputError: otherwise.
         """
         pixels = math.prod(self.size)
-        if not 1 <= len(self.size) <= MOST_DIMENSIONS or min(self.size) < 1 or self.components < 1:
+        if not 1 <= len(self.size) <= limits.FIELD_DIMENSIONS or min(self.size) < 1 or self.components < 1:
             raise InputError(f"{path}: its header gives no size; the sides must be whole numbers from 1")
-        if pixels > limits.PIXELS or self.components > MOST_COMPONENTS:
+        if pixels > limits.PIXELS or self.components > limits.FIELD_COMPONENTS:
             raise InputError(
-                f"{path}: {pixels} pixels of {self.components} values; at most {limits.PIXELS} of {MOST_COMPONENTS} "
-                "are read"
+                f"{path}: {pixels} pixels of {self.components} values; at most {limits.PIXELS} of "
+                f"{limits.FIELD_COMPONENTS} are read"
             )
         missing = pixels * self.components * self.bytes_each
         try:

@@ -1,8 +1,27 @@
 """Limits on input and output: what exceeds one of them is rejected with a message, before memory is allocated for it.
 
 Limits that a user can raise are defaults of options (`io/options.py`). Limits of a single method, such as the number of
-vertices of its mesh, are defined with the method.
+vertices of its mesh, are defined with the method. `docs/limitations.md` lists all of them.
 """
+
+from ..limits import (
+    ARCHIVE_BYTES as ARCHIVE_BYTES,
+)
+from ..limits import (
+    COORDINATE as COORDINATE,
+)
+from ..limits import (
+    MESH_COORDINATE as MESH_COORDINATE,
+)
+from ..limits import (
+    UNPACKED_BYTES as UNPACKED_BYTES,
+)
+from ..limits import (
+    UNPACKED_RATIO as UNPACKED_RATIO,
+)
+from ..limits import (
+    VERTICES as VERTICES,
+)
 
 FACES = 5_000_000
 """Faces of a mesh; --max-faces."""
@@ -15,10 +34,6 @@ SIDE = 1 << 17
 """Pixels of one side of a picture that is written."""
 MEMORY = 1 << 62
 """Bytes that --memory accepts."""
-VERTICES = 4000
-"""Boundary vertices that --vertices accepts: the equations of a map are a dense matrix."""
-COORDINATE = 1e100
-"""Largest coordinate that a user can enter."""
 NAME_BYTES = 255
 """Bytes of a file name, the limit of nearly every file system."""
 TILE = 9999
@@ -81,6 +96,8 @@ ARTWORK_CURVES = 100_000
 """Lines and curves of a drawing that is mapped as artwork; each takes up to a millisecond."""
 ARTWORK_COVERED = 3 * ARTWORK_CURVES
 """The same, counted once for every clip path, mask or filter that applies to them: 10 µs each."""
+RENDERED_PIXELS = 1 << 24
+"""Pixels of a drawing rendered for a map, and of a picture that is resampled inside of a drawing: a second."""
 RENDER_SECONDS = 30.0
 """Seconds for rendering a drawing as a texture; few take one second."""
 
@@ -100,11 +117,33 @@ REPEATED_FACES = 100_000
 """Triangles of a glTF file that are drawn again at the same place: 50 µs and 4 KB each."""
 DEFLATE_RATIO = 1032
 """Bytes for which a byte of compressed data can stand: a file that promises more is damaged."""
+MESH_HEADER_BYTES = 1 << 16
+"""Bytes of the header of a PLY, OFF or FreeSurfer file, with its comments."""
+COPIES_3MF = 10_000
+"""Objects of a 3MF file that are shown, with each copy: a millisecond each."""
+VTK_POINTS_PER_FACE = 8
+"""Points of a VTK file, relative to the faces allowed."""
+USD_SECTIONS = 64
+"""Sections of a binary USD file."""
+GIFTI_DIMENSIONS = 6
+"""Dimensions of an array of GIFTI."""
 LIBRARY_BYTES = 16 << 20
 """Bytes of the material libraries of a mesh."""
 
 GEOMETRY_BYTES = 1 << 30
 """Bytes of a file of points, lines and polygons."""
+COLLECTION_DEPTH = 50
+"""Collections of geometries inside of each other."""
+FIELD_DIMENSIONS, FIELD_COMPONENTS = 4, 4
+"""Dimensions of a picture or field of ITK, and values of a pixel: vectors and colours with alpha have fewer."""
+WORLD_FILE_BYTES = 4096
+"""Bytes of a world file, which has six numbers."""
+PROJECTION_BYTES = 1 << 16
+"""Bytes of the description of a coordinate reference system (.prj)."""
+MAP_COORDINATE = 1e15
+"""Largest coordinate at which a georeferenced picture lies, in units of its map."""
+TIFF_DESCRIPTION_BYTES = 1 << 24
+"""Bytes of the description in a TIFF file."""
 CONSTRAINTS_BYTES = 16 << 20
 """Bytes of a file of pins and strokes."""
 START_ENTRIES = 200_000
@@ -121,6 +160,15 @@ DEPTH = 8
 """Nesting of lists and tables in a manifest; pins need three levels."""
 COMPARED_BYTES = 1 << 28
 """Bytes of a report or a file of tolerances for `iccm check`."""
+
+READER_SECONDS, READER_SECONDS_PER_MEGABYTE = 6, 0.5
+"""Processor time of the process that reads a file with a library in native code, and further time for large files: ten
+times what the slowest of these libraries needs."""
+READER_WALL_TIME_RATIO = 20
+"""Time that this process may take relative to its processor time: other processes may keep the machine busy."""
+READER_BYTES, READER_BYTES_RATIO = 2 << 30, 40
+"""Address space of this process, and further address space relative to the size of the file, which may be compressed.
+Libraries reserve up to a gigabyte when they are loaded."""
 
 HANDLES = 400
 """Handles of a map."""

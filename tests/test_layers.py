@@ -63,7 +63,7 @@ ORDER = (
     "arrays native",
     "parallel memory blas progress fits",
     "deadline",
-    "errors",
+    "errors limits",
 )
 FLOOR = {room: number for number, rooms in enumerate(ORDER) for room in rooms.split()}
 HEAVY = ("click", "OpenImageIO", "trimesh", "pydantic", "matplotlib", "svgelements")

@@ -12,14 +12,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from .. import limits
 from ..arrays import Index, Real, distinct_rows
 from ..curve import polygon_of
 from ..errors import InputError
 from ..parallel import over_slices
 from ..plane import cross, triangle_areas
 
-MOST_COORDINATE = 1e60
-"""Largest coordinate of a vertex, so that squares of areas are finite."""
 MOST_EAR_CORNERS = 100
 """Largest number of corners of a polygon for ear clipping, which takes cubic time."""
 
@@ -175,11 +174,11 @@ def check(mesh: Mesh) -> Mesh:
         _refuse_corner(
             mesh, mesh.normal_corners >= len(mesh.normals), "uses a normal that is not in the file"
         )
-    bad = ~(np.abs(mesh.points) <= MOST_COORDINATE).all(axis=1)  # NaN included
+    bad = ~(np.abs(mesh.points) <= limits.MESH_COORDINATE).all(axis=1)  # NaN included
     if bad.any():
         vertex = int(np.flatnonzero(bad)[0])
         raise InputError(
-            f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or larger than {MOST_COORDINATE:g}"
+            f"{mesh.name}: {mesh.vertex_name(vertex)}: is not finite, or larger than {limits.MESH_COORDINATE:g}"
         )
     return mesh
 
@@ -358,8 +357,8 @@ def _split_polygon(polygon: Real) -> Index:
     k = len(polygon)
     normal = np.cross(polygon, np.roll(polygon, -1, axis=0)).sum(axis=0)
     fan = np.column_stack([np.zeros(k - 2, int), np.arange(1, k - 1), np.arange(2, k)])
-    if (_agreement(polygon[None, fan], normal[None]) > 0).all():
-        return fan
+    if not normal.any() or (_agreement(polygon[None, fan], normal[None]) > 0).all():
+        return fan  # also of a polygon that lies in no plane, such as one whose corners are on a line
     axis = np.eye(3)[np.argmin(np.abs(normal))]
     right = np.cross(axis, normal)
     up = np.cross(normal, right)

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from .. import deadline, progress
+from .. import deadline, limits, progress
 from ..arrays import Complex, Real
 from ..blas import on_one_thread
 from ..curve import Curve, boundary_samples, resampled_knots
 from ..errors import InputError
 from ..maps.harmonic import HarmonicMap
-from ..options import MAX_POLYGON_VERTICES, Options
+from ..options import Options
 from ..problem import Problem
 from ..result import Fit
 from ..status import Status
@@ -84,9 +84,9 @@ def discretise(source: Curve, vertices: int | str | None) -> tuple[Curve, Real]:
     if vertices != "source":
         s = resampled_knots(source, int(vertices or PAPER_VERTICES))
         return Curve(source.at(s)), s
-    if source.z.size > MAX_POLYGON_VERTICES:
+    if source.z.size > limits.VERTICES:
         raise InputError(
-            f"vertices: the source has {source.z.size} vertices, more than {MAX_POLYGON_VERTICES}; pass how many to "
+            f"vertices: the source has {source.z.size} vertices, more than {limits.VERTICES}; pass how many to "
             "use, such as vertices=200"
         )
     return source, source.knots[:-1]

@@ -16,14 +16,9 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.lib import format as npy
 
+from .. import limits
 from ..errors import InputError, MissingFileError, naming
 
-MOST_BYTES = 1 << 30
-"""Limit on the uncompressed size of an archive: maps have about 100 bytes per vertex, fields 24 per pixel."""
-UNPACKED_BYTES, UNPACKED_RATIO = 1 << 28, 100
-"""What a compressed file may unpack to: so many bytes, or relative to its size if that is more. Coordinates and meshes
-as text shrink to a thirtieth at best; a file that shrinks to a thousandth is made to fill the memory.
-"""
 BLOCK_BYTES = 1 << 20  # of an array that are unpacked at a time
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Compression methods that are accepted: those that NumPy and most other programs use."""
@@ -44,7 +39,7 @@ HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
 
 @contextmanager
 def opened(
-    path: str | PathLike | BinaryIO, *, otherwise: str, damaged: str, most_bytes: int = MOST_BYTES
+    path: str | PathLike | BinaryIO, *, otherwise: str, damaged: str, most_bytes: int = limits.ARCHIVE_BYTES
 ) -> Iterator[zipfile.ZipFile]:
     """Yield an archive, opened for the block.
 
@@ -85,7 +80,7 @@ def opened(
 
 def most_unpacked(size: int, most_bytes: int) -> int:
     """Return how many bytes a compressed file of `size` bytes may unpack to, at most `most_bytes`."""
-    return min(most_bytes, max(UNPACKED_BYTES, UNPACKED_RATIO * size))
+    return min(most_bytes, max(limits.UNPACKED_BYTES, limits.UNPACKED_RATIO * size))
 
 
 def gunzip(data: bytes, most_bytes: int) -> bytes:

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from .. import limits
 from ..arrays import Box
 from ..errors import InputError
-
-MOST_CRS_CHARACTERS = 20_000  # of the description of a coordinate reference system in a saved map
 
 Affine = tuple[float, float, float, float, float, float]
 """a, b, c, d, e, f of X = a x + b y + c and Y = d x + e y + f."""
@@ -83,7 +82,7 @@ class Georeference:
         if (
             not sound
             or not isinstance(crs, str)
-            or not (crs.isprintable() and len(crs) <= MOST_CRS_CHARACTERS)
+            or not (crs.isprintable() and len(crs) <= limits.CRS_CHARACTERS)
         ):
             raise InputError("about: a georeference is not a transform and a coordinate reference system")
         assert numbers is not None

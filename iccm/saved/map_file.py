@@ -11,6 +11,7 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
+from .. import limits
 from ..arrays import Box, Complex, Index
 from ..curve import Curve
 from ..errors import InputError
@@ -24,7 +25,6 @@ from .archive import Archive, opened
 from .georeference import Georeference
 
 FORMAT = "iccm.map/1"
-MOST_COORDINATE = 1e100
 """Largest number in an array, so that products of a few of them are finite."""
 ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
@@ -298,7 +298,7 @@ class _Archive(Archive):
         return self.array(name, "int32", 2 if columns else 1, columns).astype(np.int64)
 
     def array(self, name: str, dtype: str, dimensions: int = 1, columns: int = 0) -> Any:
-        """Return an array of a type and shape; all numbers are finite and at most MOST_COORDINATE."""
+        """Return an array of a type and shape; all numbers are finite and at most limits.COORDINATE."""
         array = self.member(name)
         fits = array.dtype == dtype and array.ndim == dimensions
         if not fits or (columns and array.shape[1] != columns):
@@ -307,8 +307,8 @@ class _Archive(Archive):
         if not np.isfinite(numbers).all():
             raise InputError(f"{name}: some are not finite numbers")
         largest = max(numbers.max(initial=0), -numbers.min(initial=0)) if numbers.dtype.kind == "f" else 0
-        if largest > MOST_COORDINATE:
-            raise InputError(f"{name}: some numbers are larger than {MOST_COORDINATE:g}")
+        if largest > limits.COORDINATE:
+            raise InputError(f"{name}: some numbers are larger than {limits.COORDINATE:g}")
         return array
 
     def text(self, name: str) -> str:
@@ -331,7 +331,7 @@ def _are_lengths(units: Any) -> bool:
     if not (isinstance(units, list) and len(units) == 2):
         return False
     stated = [unit for unit in units if unit is not None]
-    return _are(stated, float, int) and all(0 < unit <= MOST_COORDINATE for unit in stated)
+    return _are(stated, float, int) and all(0 < unit <= limits.COORDINATE for unit in stated)
 
 
 def _within(name: str, values: Index, count: int) -> None:

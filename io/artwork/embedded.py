@@ -22,6 +22,7 @@ from ...pixels.padding import pad
 from ...pixels.sampler import Sampler
 from ...pixels.texture import Texture, TexturePlaces
 from ...plane import bounding_box
+from .. import limits
 from ..pictures import image_files, pillow
 from ..pictures.image import Image
 from ..svg import affine
@@ -34,8 +35,6 @@ from .regions import MapDomain
 
 LINK = LINKS[1]
 """With the prefix of SVG 1.1, since Inkscape 1.2 shows no pictures without it, and browsers do with it."""
-MOST_PIXELS = 1 << 24
-"""Pixels of one resampled picture at most: more than screens and most prints show of a part of a drawing."""
 MOST_ENLARGEMENT_RATIO = 4
 """Ratio of resampled to original pixels at most."""
 COUNTED_CURVES = 200
@@ -212,7 +211,7 @@ def _warped(
 def _canvas(box: Box, density: float, texels: float) -> Canvas:
     """Return a raster for a box at a density of pixels per unit, reduced if it would exceed the limits of pictures."""
     width, height = _size(box)
-    most = min(MOST_PIXELS, max(MOST_ENLARGEMENT_RATIO * texels, LEAST_PIXELS))
+    most = min(limits.RENDERED_PIXELS, max(MOST_ENLARGEMENT_RATIO * texels, LEAST_PIXELS))
     density *= min(1.0, np.sqrt(most / max(width * density * height * density, 1e-300)))
     columns, rows = (max(1, int(np.ceil(side * density))) + 2 * MARGIN_PIXELS for side in (width, height))
     middle, half = (box[0] + box[1]) / 2, complex(columns, rows) / (2 * density)

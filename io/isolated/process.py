@@ -14,19 +14,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from .. import files
+from .. import files, limits
 from . import readers
 
-CPU_SECONDS = 6
-"""Processor time of the process for a small file: ten times what the slowest library needs to start."""
-CPU_SECONDS_PER_MEGABYTE = 0.5
-"""Further processor time: ten times what the slowest reader needs."""
-WALL_TIME_RATIO = 20
-"""Time that the process may take relative to its processor time: other processes may keep the machine busy."""
-MEMORY_BYTES = 2 << 30
-"""Address space of the process for a small file: libraries reserve up to a gigabyte when they are loaded."""
-MEMORY_RATIO = 40
-"""Further address space relative to the size of the file, which may be compressed."""
 UNINITIALISED_BYTE = 0xA5
 """Value of bytes that a library did not set: indices made of them are out of range in every run (glibc)."""
 
@@ -52,8 +42,8 @@ def read(path: str | Path, reader: str, /, *, beside: Sequence[Path] = (), **arg
     size = files.open_input(path).stat().st_size + sum(
         more.stat().st_size for more in beside if more.is_file()
     )
-    seconds = math.ceil(CPU_SECONDS + CPU_SECONDS_PER_MEGABYTE * size / 1e6)
-    memory = MEMORY_BYTES + MEMORY_RATIO * size
+    seconds = math.ceil(limits.READER_SECONDS + limits.READER_SECONDS_PER_MEGABYTE * size / 1e6)
+    memory = limits.READER_BYTES + limits.READER_BYTES_RATIO * size
     values = json.dumps({"path": os.path.abspath(files.as_text(path)), **arguments})
     command = [sys.executable, "-P", readers.__file__, reader, str(seconds), str(memory), values]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -64,7 +54,7 @@ def read(path: str | Path, reader: str, /, *, beside: Sequence[Path] = (), **arg
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            timeout=WALL_TIME_RATIO * seconds,
+            timeout=limits.READER_WALL_TIME_RATIO * seconds,
             env=environment,
         )
     except subprocess.TimeoutExpired:

@@ -17,7 +17,6 @@ from .. import extras, files, limits
 from ..isolated import process
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
-MOST_DIMENSIONS = 6  # of an array of GIFTI
 MOST_DIGITS = 12  # of a size
 POINTSET, TRIANGLE = 1008, 1009
 """GIFTI's intents of arrays of points and of triangles."""
@@ -29,7 +28,6 @@ CURVATURE_MAGIC = b"\xff\xff\xff"
 MGH_HEADER_BYTES = 284
 MGH_BYTES = {0: 1, 1: 4, 3: 4, 4: 2}
 """Bytes of a number in an MGH file, by its codes."""
-HEADER_BYTES = 1 << 16  # of a FreeSurfer surface, most of it a comment
 WHOLE_SURFACES = ("fiducial", "midthickness", "white", "smoothwm", "pial", "orig", "inflated")
 """Surfaces beside a patch from which its triangles and, for a patch in space, its shape are taken: the first one that
 exists. Distances are measured on the folded surface, not on the inflated one on which cuts are drawn."""
@@ -69,7 +67,7 @@ class FreeSurferFormat(MeshFormat):
         """Return the number of faces in the header; for a patch that of the surface that it is a part of."""
         path = _surface_of(self.path) if is_patch(self.path) else self.path
         with files.opened(path) as file:
-            head = file.read(HEADER_BYTES)
+            head = file.read(limits.MESH_HEADER_BYTES)
         magic = int.from_bytes(head[:3], "big")
         if magic == TRIANGLE_MAGIC:
             start = head.find(b"\n", head.find(b"\n", 3) + 1) + 1
@@ -180,7 +178,7 @@ def gifti(path: Path) -> dict[str, Any]:
     for tag in ARRAY.finditer(data):
         count = re.search(rb'Dimensionality\s*=\s*["\']\s*(\d+)', tag[0])
         sides = [int(side[:MOST_DIGITS]) for side in re.findall(rb'Dim\d+\s*=\s*["\']\s*(\d+)', tag[0])]
-        if (count and int(count[1][:MOST_DIGITS]) > MOST_DIMENSIONS) or math.prod(
+        if (count and int(count[1][:MOST_DIGITS]) > limits.GIFTI_DIMENSIONS) or math.prod(
             sides
         ) > limits.DEFLATE_RATIO * len(data):
             raise InputError(f"{path}: damaged: an array promises more numbers than the file contains")

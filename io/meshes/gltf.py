@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ...arrays import Index, Real, unit_vectors
 from ...errors import InputError
-from ...meshes.mesh import MOST_COORDINATE, Mesh
+from ...meshes.mesh import Mesh
 from ...pixels.texture import REPEAT, Wrap
 from .. import files, limits, references
 from . import gltf_compressed, gltf_schema
@@ -124,9 +124,9 @@ class Gltf:
             number, parent_transform = waiting.pop()
             if number not in transforms:
                 transforms[number] = matrix = parent_transform @ _matrix(nodes[number])
-                if not (np.abs(matrix) <= MOST_COORDINATE).all():  # NaN included
+                if not (np.abs(matrix) <= limits.MESH_COORDINATE).all():  # NaN included
                     raise ValueError(
-                        f"nodes/{number}: its transform moves vertices beyond {MOST_COORDINATE:g}"
+                        f"nodes/{number}: its transform moves vertices beyond {limits.MESH_COORDINATE:g}"
                     )
                 waiting += [(child, matrix) for child in reversed(nodes[number].get("children", []))]
         return transforms

@@ -11,7 +11,6 @@ from .. import files, limits
 from . import odd_forms
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
-HEAD_BYTES = 1 << 16  # limit on the header of an OFF file, including comments
 STL_HEAD_BYTES, STL_FACE_BYTES = 84, 50
 """Bytes of a binary STL file before its faces, ending with their count, and bytes of each face; text needs more."""
 
@@ -22,7 +21,7 @@ class OffFormat(MeshFormat):
     def count_faces(self, most: int) -> int:
         """Read the number of faces from the header."""
         with files.opened(self.path) as file:
-            text = re.sub(rb"#[^\n]*", b"", file.read(HEAD_BYTES))
+            text = re.sub(rb"#[^\n]*", b"", file.read(limits.MESH_HEADER_BYTES))
         match = re.match(rb"\s*[A-Za-z]*\s*\d+\s+(\d{1,18})\s", text)
         return int(match[1]) if match else 0
 

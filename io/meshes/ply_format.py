@@ -13,8 +13,6 @@ from . import material_library, ply, ply_write
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 from .ply import Ply
 
-HEAD_BYTES = 1 << 16  # limit on the header of a file
-
 
 @dataclass(frozen=True, eq=False)
 class PlyContent(MeshContent):
@@ -38,7 +36,7 @@ class PlyFormat(MeshFormat):
     def count_faces(self, most: int) -> int:
         """Read the number of faces from the header."""
         with files.opened(self.path) as file:
-            match = re.search(rb"element[ \t]+face[ \t]+(\d{1,18})", file.read(HEAD_BYTES))
+            match = re.search(rb"element[ \t]+face[ \t]+(\d{1,18})", file.read(limits.MESH_HEADER_BYTES))
         return int(match[1]) if match else 0
 
     def read(self) -> dict[str, MeshFile]:

@@ -20,8 +20,6 @@ MODEL = re.compile(rb"<(?:[\w.-]+:)?model\b[^>]*>")
 UNIT = re.compile(rb"\bunit\s*=\s*[\"']([a-z]+)[\"']")
 UNITS = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}
 """Millimetres in the units of 3MF."""
-MOST_COPIES = 10_000
-"""Objects of a file's build, counting each copy of a component: a millisecond each."""
 
 
 class ThreeMfFormat(MeshFormat):
@@ -110,8 +108,8 @@ class ThreeMfFormat(MeshFormat):
 
         items = [(times, *count(name, ())) for name, times in build.items()]
         total = sum(times * copies for times, copies, _ in items)
-        if total > MOST_COPIES:
-            raise InputError(f"{self.path}: has {total} copies of objects, more than {MOST_COPIES}")
+        if total > limits.COPIES_3MF:
+            raise InputError(f"{self.path}: has {total} copies of objects, more than {limits.COPIES_3MF}")
         return sum(times * faces for times, _, faces in items)
 
 

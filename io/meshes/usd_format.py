@@ -26,7 +26,6 @@ MAGICS = (b"#usda", b"PXR-USDC")
 COUNTED_SECTIONS = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")
 """Sections of a binary file that begin with the number of their items."""
 SECTION = struct.Struct("<16sqq")  # name, offset and size of a section
-MOST_SECTIONS = 64
 ITEMS_PER_BYTE = 1024
 """Most items that a byte can stand for: two bits each, compressed by LZ4, in which a byte stands for 255 at most."""
 
@@ -112,8 +111,8 @@ class UsdFormat(MeshFormat):
         )
         try:
             table = struct.unpack_from("<q", data, 16)[0]
-            count = struct.unpack_from("<Q", data, table)[0] if table >= 0 else MOST_SECTIONS + 1
-            if count > MOST_SECTIONS:
+            count = struct.unpack_from("<Q", data, table)[0] if table >= 0 else limits.USD_SECTIONS + 1
+            if count > limits.USD_SECTIONS:
                 raise InputError(fault)
             for number in range(count):
                 name, start, size = SECTION.unpack_from(data, table + 8 + number * SECTION.size)

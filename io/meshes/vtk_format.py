@@ -34,8 +34,6 @@ LEGACY_ARRAY = re.compile(
 NUMBERS_PER_BYTE = 8  # bits are the smallest
 OFFSETS_VERSION = re.compile(rb"# vtk DataFile Version (?:[5-9]|\d\d)")
 """Of legacy files that declare the number of offsets of their cells, which is one more than that of the cells."""
-MOST_POINTS_PER_FACE = 8
-"""A file with more points than this for each face that may be read is refused before memory is allocated for them."""
 MODULES = (
     "vtkCommonCore",
     "vtkCommonDataModel",
@@ -88,7 +86,7 @@ class VtkFormat(MeshFormat):
                 )
         if not is_grid and max(3 * points, faces) > densest * len(data):
             raise InputError(f"{self.path}: damaged: declares more points or faces than it has room for")
-        if most >= 0 and points > MOST_POINTS_PER_FACE * max(most, 1000):
+        if most >= 0 and points > limits.VTK_POINTS_PER_FACE * max(most, 1000):
             raise InputError(
                 f"{self.path}: declares {points} points, too many for {most} faces (--max-faces)"
             )

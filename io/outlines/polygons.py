@@ -17,7 +17,6 @@ from ..svg.drawing_content import DrawingContent
 from . import antimeridian, layers, topology
 
 NamedRings = tuple[tuple[str, ...], list[Complex], str]  # names, rings, and their fill rule
-MOST_NESTED_COLLECTIONS = 50  # levels of nested collections
 MEMBERS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 NAMES = ("name", "id", "label", "title", "class")
 """Names, or ends of names, of properties that name a feature."""
@@ -183,7 +182,7 @@ def geometries(
         InputError: a collection has no list of members.
     """
     kind = ""
-    if isinstance(item, dict) and depth <= MOST_NESTED_COLLECTIONS:
+    if isinstance(item, dict) and depth <= limits.COLLECTION_DEPTH:
         item.pop("bbox", None)
         kind = str(item.get("type"))
     if kind == "Feature":

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-
-MOST_NESTED_COLLECTIONS = 50  # levels of nested collections
+from .. import limits
 
 
 def as_geojson(content: dict[str, Any]) -> dict[str, Any]:
@@ -48,7 +47,7 @@ def _feature(
 ) -> dict[str, Any]:
     """Convert a geometry to a feature, or a geometry collection to a feature collection; `name` is its object's."""
     kind = geometry.get("type")
-    if kind == "GeometryCollection" and depth < MOST_NESTED_COLLECTIONS:
+    if kind == "GeometryCollection" and depth < limits.COLLECTION_DEPTH:
         members = [_feature(member, arcs, "", depth + 1, transform) for member in geometry["geometries"]]
         return {"type": "FeatureCollection", "features": members}
     converted: dict[str, Any] = {"type": kind, "coordinates": []}

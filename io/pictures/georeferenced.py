@@ -11,15 +11,12 @@ from typing import Any
 
 from ...errors import InputError, naming
 from ...saved.georeference import Affine, Georeference
-from .. import extras, files, formats
+from .. import extras, files, formats, limits
 from ..isolated import process
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
 """Of TIFF: pixel scale, tie points, transformation, and the directory of keys."""
-MOST_COORDINATE = 1e15  # of a map, in its units
-MOST_WORLD_FILE_BYTES = 4096  # a world file has six numbers
-MOST_PROJECTION_BYTES = 1 << 16  # of a description of a coordinate reference system (.prj)
 
 AUTHORITY_CODE = re.compile(r"[A-Za-z]{2,9}:\w{1,16}(\+\w{1,16})?")  # such as EPSG:32633
 NAMES_FILES = re.compile(r"""(?i)grids["',=\s]+(?!@null\b)|PARAMETERFILE|\b(?:init|file)\s*=""")
@@ -38,7 +35,10 @@ def read(path: Path) -> tuple[Georeference | None, str]:
             return None, str(error)
         if place["transform"] is not None:
             a, b, c, d, e, f = place["transform"]
-            if not all(abs(number) < MOST_COORDINATE for number in place["transform"]) or a * e == b * d:
+            if (
+                not all(abs(number) < limits.MAP_COORDINATE for number in place["transform"])
+                or a * e == b * d
+            ):
                 return None, f"{path}: its place on a map is ignored, because it does not place the picture"
             return Georeference((a, b, c, d, e, f), _text_of_wkt(place["crs"])), ""
     for name in world_files(path):
@@ -200,12 +200,12 @@ def _text(module: Any, crs: Any) -> str:
 def _of_world_file(path: Path, picture: Path) -> tuple[Georeference | None, str]:
     try:
         numbers = [
-            float(word) for word in files.read_bytes(path, max_bytes=MOST_WORLD_FILE_BYTES).decode().split()
+            float(word) for word in files.read_bytes(path, max_bytes=limits.WORLD_FILE_BYTES).decode().split()
         ]
         a, d, b, e, x, y = numbers
     except (InputError, ValueError):
         return None, f"{path}: ignored, because it is not a world file of six numbers"
-    if not all(abs(number) < MOST_COORDINATE for number in numbers) or a * e == b * d:
+    if not all(abs(number) < limits.MAP_COORDINATE for number in numbers) or a * e == b * d:
         return None, f"{path}: ignored, because it does not place the picture"
     crs, note, projection = "", "", picture.with_suffix(".prj")
     if projection.is_file():
@@ -222,7 +222,7 @@ def _of_projection_file(path: Path) -> str:
     Raises:
         InputError: rasterio is missing, or does not know the system, or the file is not text.
     """
-    module, data = rasterio(f"{path}: reading it"), files.read_bytes(path, max_bytes=MOST_PROJECTION_BYTES)
+    module, data = rasterio(f"{path}: reading it"), files.read_bytes(path, max_bytes=limits.PROJECTION_BYTES)
     with naming(f"{path}: ignored"):
         try:
             text = data.decode("utf-8-sig")

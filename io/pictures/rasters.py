@@ -36,7 +36,6 @@ TRANSPARENCY_MASK = 4  # of the tag NewSubfileType
 MOST_PAGES_BEFORE_MASK = 16  # GDAL writes it right after the picture
 SHOWN_BY_IMAGEJ = ("Labels", "Ranges", "LUTs")  # of its metadata: what does not depend on places
 PALETTE = 3  # of the tag PhotometricInterpretation
-MOST_DESCRIPTION_BYTES = 1 << 24
 EXACT_IN_SINGLE = 1 << 24  # whole numbers up to this one are exact in single precision
 FEW_VALUES = 64
 """In a picture of 8 bits: labels are fewer than this. Its largest value is then as small, or it is a TIFF."""
@@ -239,7 +238,7 @@ def _tags(path: Path) -> tuple[Raster, dict[str, Any]] | None:
 
     with suppress(Exception), tifffile.TiffFile(path) as file:  # damaged files have errors of many kinds
         page = file.pages.first
-        description = str(page.description or "")[:MOST_DESCRIPTION_BYTES]
+        description = str(page.description or "")[: limits.TIFF_DESCRIPTION_BYTES]
         several = (file.is_imagej or file.is_ome) and len(file.pages) > 1 and page.samplesperpixel == 1
         colormap = page.colormap if page.photometric == PALETTE else None
         text = page.tags.valueof(NODATA_TAG)

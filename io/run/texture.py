@@ -18,7 +18,7 @@ from ...drawings.drawing import Drawing
 from ...errors import InputError
 from ...maps.summary import WELL_SEEN_SHARE
 from ...plane import bounding_box
-from .. import formats
+from .. import formats, limits
 from ..shapes.silhouette import CANVAS
 from ..spec import Spec, is_view
 from . import framing
@@ -40,8 +40,6 @@ BESIDE_SIZE_SHARE = 1 / 16
 """Margin around a drawing's box that is rendered for filters reading beyond the outline, relative to the shape's
 size.
 """
-MOST_RENDERED_PIXELS = 1 << 24
-"""Largest number of pixels of a drawing rendered for a map: 4096 by 4096, which takes about a second."""
 MOST_PIXELS_PER_PIXEL = 1024
 """Pixels of a drawing rendered for a map, per pixel of the result: 32 by 32, which suffices for every filter."""
 BYTES_PER_RENDERED_PIXEL = 16
@@ -264,8 +262,8 @@ def _lettering(source: Shape) -> bytes:
 def _most_pixels(job: Job, pixels: float) -> int:
     """Return the largest number of pixels of a drawing for a result of so many, within --max-pixels and --memory."""
     within_memory = [max(1, job.memory // BYTES_PER_RENDERED_PIXEL)] if job.memory else []
-    needed = max(FIRST_RENDERED_PIXELS**2, MOST_PIXELS_PER_PIXEL * min(pixels, MOST_RENDERED_PIXELS))
-    return min(job.max_pixels, MOST_RENDERED_PIXELS, int(needed), *within_memory)
+    needed = max(FIRST_RENDERED_PIXELS**2, MOST_PIXELS_PER_PIXEL * min(pixels, limits.RENDERED_PIXELS))
+    return min(job.max_pixels, limits.RENDERED_PIXELS, int(needed), *within_memory)
 
 
 def held_drawing(job: Job, source: Shape) -> bytes | None:
@@ -283,7 +281,7 @@ def held_drawing(job: Job, source: Shape) -> bytes | None:
     box = rendering.canvas_of(path) if job.texture else framing.texture_box(job, source)
     extent = box[1] - box[0]
     size = rendering.pixels_across(
-        box, HELD_PIXELS / max(extent.real, extent.imag), min(job.max_pixels, MOST_RENDERED_PIXELS)
+        box, HELD_PIXELS / max(extent.real, extent.imag), min(job.max_pixels, limits.RENDERED_PIXELS)
     )
     return rendering.render_png(path, box, size)
 

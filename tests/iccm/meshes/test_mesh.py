@@ -506,6 +506,14 @@ def test_a_polygon_of_many_corners_is_triangulated_at_once(count):
     assert (across @ whole > 0).all() and np.allclose(across.sum(axis=0), whole)
 
 
+def test_a_polygon_in_no_plane_is_divided_without_a_warning():
+    """Corners that are visited forwards and backwards have no normal."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 1]])
+    with np.errstate(all="raise"):
+        corners = triangulate(Mesh("line", points, np.array([0, 1, 2, 0, 2, 1]), np.array([0, 6])))
+    assert corners.tolist() == [[0, 1, 2], [0, 4, 5]]
+
+
 def test_a_polygon_of_many_corners_that_crosses_itself_is_refused():
     points = gear(1000)
     points[[3, 700]] = points[[700, 3]]

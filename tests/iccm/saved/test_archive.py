@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from iccm import InputError
+from iccm import InputError, limits
 from iccm.saved import archive
 
 NUMBERS = np.random.default_rng(3).normal(size=(700, 3))
@@ -15,7 +15,7 @@ NUMBERS = np.random.default_rng(3).normal(size=(700, 3))
 @pytest.fixture
 def small(monkeypatch):
     """A limit that test files can reach."""
-    monkeypatch.setattr(archive, "UNPACKED_BYTES", 4000)
+    monkeypatch.setattr(limits, "UNPACKED_BYTES", 4000)
 
 
 def member(path, **limit):

@@ -338,12 +338,12 @@ def test_a_small_result_needs_no_large_rendering(files, rendered_sizes, monkeypa
     monkeypatch.setattr(texture, "density_needed", lambda fits, step: 1e3)
     from iccm.io.run.execute import run
 
-    monkeypatch.setattr(texture, "MOST_RENDERED_PIXELS", 2_000_000)
+    monkeypatch.setattr(limits, "RENDERED_PIXELS", 2_000_000)
     for size in (24, 40, 90):
         run(Job(source="a.svg", target="b.svg", size=(size,), output=(f"{size}.png",)))
     sizes = [width * height for width, height in rendered_sizes if (width, height) != (1024, 1024)]
     assert len(sizes) == 2 and sizes[0] == pytest.approx(40 * 36 * texture.MOST_PIXELS_PER_PIXEL, rel=0.01)
-    assert sizes[1] == pytest.approx(texture.MOST_RENDERED_PIXELS, rel=0.01)
+    assert sizes[1] == pytest.approx(limits.RENDERED_PIXELS, rel=0.01)
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from iccm import InputError
+from iccm.io import limits
 from iccm.io.isolated import process
 
 HEADER = json.dumps({"values": {"x": {"array": 0}}, "arrays": [{"dtype": "<f8", "shape": [3]}]})
@@ -37,7 +38,7 @@ def test_a_process_that_waits_is_ended(tmp_path, monkeypatch):
     (tmp_path / "reader.py").write_text("import time; time.sleep(600)")
     (tmp_path / "a.vtp").write_bytes(b"x")
     monkeypatch.setattr(process.readers, "__file__", str(tmp_path / "reader.py"))
-    monkeypatch.setattr(process, "WALL_TIME_RATIO", 0.1)
+    monkeypatch.setattr(limits, "READER_WALL_TIME_RATIO", 0.1)
     with pytest.raises(InputError, match="took too long"):
         process.read(tmp_path / "a.vtp", "vtk", suffix=".vtp")
 
@@ -51,7 +52,7 @@ def test_memory_is_limited(tmp_path, monkeypatch):
     (tmp_path / "reader.py").write_text(source.replace("def main() -> None:", greedy, 1))
     (tmp_path / "a.vtp").write_bytes(b"x")
     monkeypatch.setattr(process.readers, "__file__", str(tmp_path / "reader.py"))
-    monkeypatch.setattr(process, "MEMORY_BYTES", 1 << 30)
+    monkeypatch.setattr(limits, "READER_BYTES", 1 << 30)
     with pytest.raises(InputError, match="memory"):
         process.read(tmp_path / "a.vtp", "vtk", suffix=".vtp")
 
