@@ -269,6 +269,10 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
     """
     if formats.of(path).picture is None or formats.suffix_of(path) in formats.READ_ONLY:
         raise _unknown(path)
+    raster, suffix = like.raster, formats.suffix_of(path)
+    is_tiff = suffix in rasters.TIFF_SUFFIXES
+    if raster and not is_tiff and (raster.halves or (raster.dtype.kind == "i" and not raster.labels)):
+        raise InputError(f"{path}: {suffix} cannot hold the {raster.dtype} numbers of the texture; use .tif")
     side, channels, dtype = max(height, width), like.pixels.shape[2], like.pixels.dtype
     kind = (Path(path).suffix, side, channels, dtype, like.alpha, like.associated, like.colorspace)
     if any(metadata is like.metadata and kind == checked for metadata, checked in _passed):
@@ -325,6 +329,9 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
         height, width: size of the whole picture.
         blocks: consecutive rows of pixels.
     """
+    if like.raster and formats.suffix_of(path) in rasters.TIFF_SUFFIXES:
+        rasters.write(Path(path), like, blocks, like.alpha, same_grid=False)
+        return
     row, format = 0, formats.picture(path)
     with _open(path) as file:
         for block in blocks:
@@ -435,15 +442,24 @@ def _holes(pixels: NDArray, room: Memory) -> int:
 
 
 def losses(path: str | Path, image: Image) -> list[str]:
-    """Return notes on what a picture loses in a format: range, depth, transparency and colour profile.
+    """Return notes on what a picture loses in a format: range, depth, transparency, marks of no data, and colour
+    profile.
 
     Args:
         path: the file; only its suffix matters.
         image: the picture as it was read.
     """
-    format, suffix = formats.picture(path), formats.suffix_of(path)
+    format, suffix, raster = formats.picture(path), formats.suffix_of(path), image.raster
+    if raster and suffix in rasters.TIFF_SUFFIXES:
+        return []
+    notes = list[str]()
+    if raster and raster.nodata is not None and image.alpha >= 0:
+        notes.append(
+            f"{suffix} does not mark pixels without data, which become "
+            f"{'transparent' if format.alpha else 'white'}; use .tif to keep the number {raster.nodata:g}"
+        )
     stored = prepare(replace(image, pixels=image.pixels[:1, :1]), format)
-    notes = [note] if (note := _clipping_note(path, image)) else []
+    notes += [note] if (note := _clipping_note(path, image)) else []
     bits, bits_left = (8 * kind.itemsize for kind in (image.pixels.dtype, stored.pixels.dtype))
     if bits_left < bits and bits_left == 8:
         notes.append(

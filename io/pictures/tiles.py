@@ -14,7 +14,7 @@ from ...arrays import Box, Real
 from ...errors import InputError, first_names
 from ...memory import Memory
 from .. import limits
-from . import image_files
+from . import image_files, rasters
 from .image import Image
 
 MARK = "<UDIM>"
@@ -148,7 +148,10 @@ def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, 
         InputError: as for `read` and `image_files.read`, to which options are passed.
     """
     if not is_pattern(name):
-        return image_files.read(name, **options), None
+        raster = None
+        if not options.get("colorspace"):
+            raster = rasters.read(name, max_pixels=options["max_pixels"], nearest=False)
+        return raster or image_files.read(name, **options), None
     tiled = read(name, all_of(uv()), **options)
     return tiled.image, tiled.box
 

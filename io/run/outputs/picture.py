@@ -98,16 +98,7 @@ class Picture(Output):
             beyond = f"{raster.fill:g}" + (" (no data)" if raster.nodata is not None else "")
             run.note(f"{self.name}: beyond the shape, pixels are {beyond}")
             return
-        if raster and (raster.halves or (raster.dtype.kind == "i" and not raster.labels)):
-            raise InputError(
-                f"{self.name}: {suffix} cannot hold the {raster.dtype} numbers of {_name(run)}; use .tif"
-            )
         image_files.check(path, image, height, width)
-        if raster and raster.nodata is not None and image.alpha >= 0:
-            run.note(
-                f"{self.name}: {suffix} does not mark pixels without data, which become "
-                f"{'transparent' if format.alpha else 'white'}; use .tif to keep the number {raster.nodata:g}"
-            )
         if has_texture(job, run.source) and not drawing_of(job, run.source):
             run.note(*(f"{self.name}: {loss}" for loss in image_files.losses(path, run.image)))
         self._note_place(run, suffix)

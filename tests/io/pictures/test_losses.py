@@ -3,12 +3,14 @@
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+import tifffile
 from PIL import ImageCms
 
 from iccm.errors import InputError
 from iccm.io import formats
-from iccm.io.pictures import image_files
+from iccm.io.pictures import image_files, rasters, stmap_files, tiles
 from iccm.io.pictures.image import Image
+from iccm.io.pictures.rasters import NODATA_TAG
 
 SUFFIXES = formats.holding("picture", written=True)
 RAMP = np.linspace(0.013, 0.97, 12 * 10 * 3).reshape(12, 10, 3)
@@ -64,3 +66,25 @@ def test_every_loss_is_noted(tmp_path, kind, suffix):
     if "ICCProfile" in image.metadata and "ICCProfile" not in again.metadata:
         assert "profile" in notes
     assert kind != "8 bits" or not notes
+
+
+@pytest.mark.parametrize(("dtype", "missing"), [("int16", -9999), ("float32", -9999), ("uint8", 0)])
+def test_numbers_and_missing_data_pass_through_an_stmap(tmp_path, dtype, missing):
+    """No number without data is mixed with others, and none is scaled."""
+    values = np.tile(np.arange(1, 33), (24, 1)).astype(dtype)
+    values[:4] = missing
+    tifffile.imwrite(tmp_path / "a.tif", values, extratags=[(NODATA_TAG, "s", 0, str(missing), True)])
+    x, y = np.meshgrid((np.arange(32) + 0.5) / 32, 1 - (np.arange(24) + 0.3) / 24)
+    places = Image(np.stack([x, y, 0 * x], axis=2).astype(np.float32), -1, colorspace="data")
+    image_files.write(tmp_path / "st.exr", places)
+    st = stmap_files.read(tmp_path / "st.exr", max_pixels=1000)
+    image, _ = tiles.read_any(str(tmp_path / "a.tif"), lambda: None, max_pixels=1000)
+    stmap_files.apply(st, image, tmp_path / "o.tif")
+    again = tifffile.imread(tmp_path / "o.tif")
+    assert again.dtype == dtype and (again[:4] == missing).all()
+    assert again[5:].min() >= 1 and np.abs(again[5:].astype(float) - values[5:]).max() < 0.5
+    assert rasters.read(tmp_path / "o.tif").raster.nodata == missing
+    assert "without data" in image_files.losses("o.png", image)[0]
+    if dtype == "int16":
+        with pytest.raises(InputError, match="cannot hold the int16 numbers"):
+            stmap_files.apply(st, image, tmp_path / "o.png")
