@@ -4,8 +4,8 @@ A ring, a window or an icon drawn with lines paints little of the area that peop
 placed in it may then be shown on its silhouette instead: with its holes filled, or with the gaps between its parts
 closed: on its convex hull, which is widened where it is long and thin, as that of three dots in a row. What the target
 paints is then a tone below the picture. A picture without margin, which leaves no paper, takes the form of what the
-target paints, as a photo in a word does; only lines that surround a wide gap are closed, such as those of a folder's
-icon, and the picture is faded between them. Still the target's form is seen less well, which has a cost.
+target paints, as a photo in a word does; only large holes and lines around a wide gap, such as those of a folder's icon,
+are closed, and the picture is faded there. Still the target's form is seen less well, which has a cost.
 """
 
 from collections.abc import Iterator
@@ -27,9 +27,11 @@ CLOSING_COST = 0.07
 like a mistake: a cost of 0.14."""
 LEAST_WIDTH_RATIO = 0.5
 """Of width to length of the hull of a target with gaps: a thinner one is widened, or a subject would be tiny."""
+WITH_HOLES_AREA_SHARE = 3 / 4
+"""Of the area with holes filled: in a target that paints less, holes would hide what a picture without margin shows, so
+that it is also shown there, faded. Holes of most letters and of faces are smaller."""
 LINES_AREA_SHARE = 1 / 3
-"""Of the silhouette's area: a target that paints less is drawn with lines, so that a picture without margin is also
-shown on what they enclose, faded there."""
+"""Of the area of a frame: a target that paints less is drawn with lines."""
 LINES_GAP_WIDTH_SHARE = 0.4
 """Relative to the size (square root of the area) of a frame around such lines: if its widest gap is at least as wide, a
 picture without margin is also shown on the frame. Gaps of words are narrower."""
@@ -66,7 +68,7 @@ def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) ->
     yield Silhouette(target, 0.0)
     filled = target.filled()
     painted_share = target.region.area / filled.region.area
-    if painted_share < (LINES_AREA_SHARE if is_full else 1 - LEAST_ADDED_SHARE):
+    if painted_share < (WITH_HOLES_AREA_SHARE if is_full else 1 - LEAST_ADDED_SHARE):
         yield Silhouette(filled, ENCLOSED_WEIGHT * (1 - painted_share))
     hull = target.frames[-1].outline.polygon
     if is_full:

@@ -134,8 +134,8 @@ def test_the_hull_of_a_thin_row_is_widened_within_the_canvas():
     assert [item.drawing for item in silhouettes(bar, is_full=False)] == [bar]
 
 
-@pytest.mark.parametrize(("width", "count"), [(1, 2), (3, 1)])
-def test_a_picture_without_margin_fills_only_what_lines_enclose(width, count):
+@pytest.mark.parametrize(("width", "count"), [(1, 2), (4.9, 2), (5.1, 1)])
+def test_a_picture_without_margin_fills_holes_of_more_than_a_quarter_of_the_target(width, count):
     ring = shapely.box(0, 0, 20, 20).difference(shapely.box(width, width, 20 - width, 20 - width))
     assert len(list(silhouettes(Drawing(ring), is_full=True))) == count
 
