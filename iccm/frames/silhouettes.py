@@ -4,8 +4,8 @@ A ring, a window or an icon drawn with lines paints little of the area that peop
 placed in it may then be shown on its silhouette instead: with its holes filled, or with the gaps between its parts
 closed: on its convex hull, which is widened where it is long and thin, as that of three dots in a row. What the target
 paints is then a tone below the picture. A picture without margin, which leaves no paper, takes the form of what the
-target paints, as a photo in a word does; only large holes and lines around a wide gap, such as those of a folder's icon,
-are closed, and the picture is faded there. Still the target's form is seen less well, which has a cost.
+target paints, as a photo in a word does; only large holes and lines around a wide gap, such as those of a folder's
+icon, are closed, and the picture is faded there. Still the target's form is seen less well, which has a cost.
 """
 
 from collections.abc import Iterator
