@@ -20,14 +20,13 @@ SHELLS = ("bash", "zsh", "fish")
 def command(action: str, shell: str | None) -> int:
     """Set up completion of commands, options and files in the shell.
 
-    `install` writes the completion script to the place where the shell looks for it. fish finds it automatically, as
-    does bash with the package bash-completion; for zsh, one line is added to the end of .zshrc, once. With the name of
-    a shell, the script is printed.
+    `install` writes the completion script where fish finds it, or adds one line that loads it to the end of .bashrc or
+    .zshrc, once. With the name of a shell, the script is printed.
 
     \b
     iccm completion install
     iccm completion install --shell zsh
-    iccm completion bash > ~/.local/share/bash-completion/completions/iccm
+    iccm completion fish > ~/.config/fish/completions/iccm.fish
 
     Exit code: 0 done, 2 the shell is not bash, zsh or fish, or its folder cannot be written.
     """
@@ -53,11 +52,9 @@ def command(action: str, shell: str | None) -> int:
     else:
         files.write_bytes(path, script.encode(), force=True)
         logs.log.info(f"wrote {path}")
-    if shell == "zsh":
-        _name_in_zshrc(path)
+    if shell != "fish":
+        _name_in_settings(shell, path)
     logs.log.info(f"open a new {shell} to complete iccm commands")
-    if shell == "bash":
-        logs.log.info(f"if it does not, add this line to ~/.bashrc: source {quote(str(path))}")
     return 0
 
 
@@ -73,24 +70,21 @@ def _script(shell: str) -> str:
 
 
 def _place(shell: str) -> Path:
-    """Return the path where a shell looks for a user's completions; for zsh the path that .zshrc loads."""
+    """Return the path where fish looks for a user's completions; for bash and zsh the path that their settings load."""
     home = Path.home()
-    data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
     if shell == "fish":
         settings = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
         return settings / "fish" / "completions" / "iccm.fish"
-    if shell == "zsh":
-        return data / "iccm" / "completion.zsh"
-    return (
-        Path(os.environ.get("BASH_COMPLETION_USER_DIR") or data / "bash-completion") / "completions" / "iccm"
-    )
+    data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
+    return data / "iccm" / f"completion.{shell}"
 
 
-def _name_in_zshrc(script: Path) -> None:
-    """Append the line that loads the script to .zshrc, unless it is already there. Other lines stay unchanged."""
-    path = Path(os.environ.get("ZDOTDIR") or Path.home()) / ".zshrc"
-    ready = "(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }"
-    line = f"{ready}; source {quote(str(script))}".encode()
+def _name_in_settings(shell: str, script: Path) -> None:
+    """Append the line that loads the script to .bashrc or .zshrc, unless it is there. Other lines stay unchanged."""
+    folder = os.environ.get("ZDOTDIR") if shell == "zsh" else None
+    path = Path(folder or Path.home()) / f".{shell}rc"
+    ready = "(( $+functions[compdef] )) || { autoload -Uz compinit && compinit }; " if shell == "zsh" else ""
+    line = f"{ready}source {quote(str(script))}".encode()
     content = path.read_bytes() if path.exists() else b""
     if line in content.splitlines():
         logs.log.info(f"{path}: already loads the completion")

@@ -56,6 +56,7 @@ def test_help_names_its_topics_and_every_command_its_version(iccm):
     result = iccm("map", "--help", "colours")
     assert result.code == 2 and "texture" in result.err and "limits" in result.err and not result.out
     assert iccm("help").out == iccm("--help").out
+    assert iccm("help", "constraints").out == iccm("map", "--help", "constraints").out
     for command in COMMANDS:
         version = iccm(command, "--version")
         assert version.code == 0 and version.out == iccm("--version").out
@@ -70,20 +71,22 @@ def test_a_misspelt_command_names_the_nearest(iccm):
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeypatch, iccm, shell):
-    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR", "BASH_COMPLETION_USER_DIR"):
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     mine = b"alias ll='ls -l' # \xff, and no newline"
-    (tmp_path / ".zshrc").write_bytes(mine)
+    for name in (".bashrc", ".zshrc"):
+        (tmp_path / name).write_bytes(mine)
     first = iccm("completion", "install", "--shell", shell)
     contents = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     assert (
         first.code == 0
-        and len(contents) == 2
+        and len(contents) == 3
         and any(b"_ICCM_COMPLETE" in text for text in contents.values())
     )
-    assert contents[tmp_path / ".zshrc"].startswith(mine)
-    assert (contents[tmp_path / ".zshrc"] == mine) == (shell != "zsh")
+    for other in ("bash", "zsh"):
+        settings = contents[tmp_path / f".{other}rc"]
+        assert settings.startswith(mine) and (settings == mine) == (shell != other)
     assert "already installed" in iccm("completion", "install", "--shell", shell).err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == contents
     monkeypatch.setenv("SHELL", "/bin/sh")
@@ -96,7 +99,7 @@ def test_completion_is_installed_once_and_nothing_else_changes(tmp_path, monkeyp
 def test_the_completion_script_that_is_printed_is_the_one_that_is_installed(
     tmp_path, monkeypatch, iccm, shell
 ):
-    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR", "BASH_COMPLETION_USER_DIR"):
+    for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "ZDOTDIR"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(tmp_path))
     printed = iccm("completion", shell)
