@@ -32,6 +32,8 @@ TANGENTS = {"componentType": 5126, "type": "VEC4"}
 WITHOUT_TEXTURES = {"KHR_lights_punctual", "KHR_materials_variants"}
 """Extensions of whole files that refer to no textures."""
 NAMED_MATERIALS = 4  # in a note, before the number of the others
+SEARCH_GROWTH_RATIO = 1.25
+"""Of the number of views, between searches for those that are no longer referred to."""
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that refer to views
 
 
@@ -45,12 +47,16 @@ class GltfEditor:
         self._new_images: dict[bytes, int] = {}
         self._own_materials: dict[tuple, int] = {}
         self._changing: Counter[int | None] = Counter()
+        self._free: list[int] = []
+        self._searched_again_at = 0
 
     def view(self, data: bytes, **properties: Any) -> int:
         """Add a buffer view with these bytes; return its index."""
         views = self.tree.setdefault("bufferViews", [])
-        free = set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED))
-        number = min(free, default=len(views))
+        if not self._free and len(views) >= self._searched_again_at:  # a search takes as long as the file has parts
+            self._free = sorted(set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED)))
+            self._searched_again_at = int(SEARCH_GROWTH_RATIO * len(views)) + 1
+        number = self._free.pop(0) if self._free else len(views)
         views[number : number + 1] = [{"buffer": 0, "byteLength": len(data), **properties}]
         self.views[number : number + 1] = [data]
         return number
