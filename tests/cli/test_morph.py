@@ -185,7 +185,7 @@ def test_artwork_is_cut_to_the_target_by_and_by(shapes, iccm):
 
     (shapes / "bars.svg").write_text(SVG.format(SHADED_BARS))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
-    assert iccm("morph", "bars.svg", "panes.svg", *QUICK, "-o", "m-{number}.svg").code == 0
+    assert iccm("morph", "bars.svg", "panes.svg", "--frames", "3", "-o", "m-{number}.svg").code == 0
     first, middle = ((shapes / f"m-{k}.svg").read_text() for k in (1, 2))
     assert "clipPath" not in first and "mask" not in first
     assert 'fill-opacity="0.5"' in middle and 'mask="url(#' in middle
@@ -257,7 +257,7 @@ def test_an_animated_svg_interpolates_the_frames(shapes, iccm):
 def test_unmatched_parts_fade_in_an_animated_svg(shapes, iccm):
     (shapes / "bars.svg").write_text(SVG.format(SHADED_BARS))
     (shapes / "panes.svg").write_text(SVG.format('<path d="M5 5H95V40H5Z"/><path d="M5 50H95V95H5Z"/>'))
-    assert iccm("morph", "bars.svg", "panes.svg", *QUICK, "-o", "m.svg").code == 0
+    assert iccm("morph", "bars.svg", "panes.svg", "--frames", "3", "-o", "m.svg").code == 0
     text = (shapes / "m.svg").read_text()
     faded = [
         element
@@ -273,7 +273,7 @@ def test_the_target_appears_at_the_end_of_an_animated_svg_where_parts_vanish(sha
     (shapes / "bars.svg").write_text(SVG.format(SHADED_BARS))
     (shapes / "disc.svg").write_text(SVG.format(DISC))
     for name in ("m.svg", "m.css.svg"):
-        assert iccm("morph", "bars.svg", "disc.svg", *QUICK, "-o", name).code == 0
+        assert iccm("morph", "bars.svg", "disc.svg", "--frames", "3", "-o", name).code == 0
     smil, css = ((shapes / name).read_text() for name in ("m.svg", "m.css.svg"))
     assert 'values="0;0;1"' in smil and "<style" not in smil
     assert "@keyframes morph-end" in css and "<animate" not in css and 'd:path("M' in css
@@ -594,7 +594,8 @@ def test_an_ending_is_seen_in_the_middle_of_the_way_back_and_forth(shapes, iccm)
         "morph",
         "two.svg",
         "square.svg",
-        *QUICK,
+        "--frames",
+        "3",
         "--back-and-forth",
         "-o",
         "m.svg",
