@@ -278,7 +278,7 @@ def test_the_target_appears_at_the_end_of_an_animated_svg_where_parts_vanish(sha
     assert 'values="0;0;1"' in smil and "<style" not in smil
     assert "@keyframes morph-end" in css and "<animate" not in css and 'd:path("M' in css
     (shapes / "plain.svg").write_text(SVG.format('<path d="M10 20H80L90 60L20 85Z"/>'))
-    assert iccm("morph", "plain.svg", "disc.svg", *QUICK, "-o", "p.svg").code == 0
+    assert iccm("morph", "plain.svg", "disc.svg", "--frames", "3", "-o", "p.svg").code == 0
     assert "keyTimes" not in (shapes / "p.svg").read_text()
 
 
