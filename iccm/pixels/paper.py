@@ -14,7 +14,7 @@ import shapely
 
 from ..arrays import Complex, Real, xy_of
 from ..plane import bounding_box, polygon_area
-from ..polygons import fill_holes, rings_of, unite
+from ..polygons import fill_holes, polygons_of, rings_of, unite
 from .canvas import Canvas
 from .colour import Float, decode, encode
 from .coverage import painted_share
@@ -166,7 +166,8 @@ def cleared(area: shapely.Geometry, outlines: Sequence[Complex]) -> list[Complex
     """Return the boundaries of a target's area without the part below a drawing; it encloses as much as before.
 
     Then paper is seen in the drawing's holes, such as windows and the inside of letters, and through its transparent
-    parts, and no parts of the target, which would be taken for parts of the drawing.
+    parts, and no parts of the target, which would be taken for parts of the drawing. Marks inside the target, such as
+    the hands of a clock, are left out completely if the drawing lies on or around them: their remains would disturb.
 
     Args:
         area: What the target paints.
@@ -177,12 +178,35 @@ def cleared(area: shapely.Geometry, outlines: Sequence[Complex]) -> list[Complex
     """
     low, high = bounding_box(np.concatenate(rings_of(area)))
     hairline = HAIRLINE_SHARE * abs(high - low)
+    polygons = [shapely.make_valid(shapely.Polygon(xy_of(outline))) for outline in outlines]
+    area = _without_marks(area, unite(polygons))
     # the outer boundaries stay, between which paper lies
     inside = shapely.buffer(fill_holes(area), -hairline)
-    polygons = [shapely.make_valid(shapely.Polygon(xy_of(outline))) for outline in outlines]
     # less than the drawing, so that no paper is seen around it
     below = unite(shapely.buffer(polygons, -hairline))
     return rings_of(shapely.difference(area, shapely.intersection(below, inside)))
+
+
+def _without_marks(area: shapely.Geometry, drawing: shapely.Geometry) -> shapely.Geometry:
+    """Return an area without the parts within it, and without the holes, that the convex hull of a drawing meets.
+
+    A hole with most of the drawing in it stays: it is the room in which the drawing is seen.
+    """
+    hull = shapely.convex_hull(drawing)
+    parts = polygons_of(area)
+    outer = shapely.polygons(shapely.get_exterior_ring(parts))
+    inner_part, outer_part = shapely.STRtree(outer).query(parts, predicate="within")
+    is_inner = np.isin(np.arange(len(parts)), inner_part[inner_part != outer_part])
+    kept = []
+    for part in parts[~(is_inner & shapely.intersects(hull, parts))]:
+        holes = [shapely.Polygon(ring) for ring in part.interiors]
+        rooms = [
+            hole.exterior
+            for hole in holes
+            if not hole.intersects(hull) or hole.intersection(drawing).area > drawing.area / 2
+        ]
+        kept.append(shapely.Polygon(part.exterior, rooms))
+    return unite(kept)
 
 
 def _share_of(painted: Sequence[Complex], texture: Texture) -> Float:

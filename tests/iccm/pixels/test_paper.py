@@ -141,14 +141,36 @@ def test_a_drawing_of_the_usual_tone_lies_on_another_one():
     assert np.abs(tone - usual).max() > 25 / 255
 
 
+def area_of(rings):
+    return functools.reduce(shapely.symmetric_difference, [shapely.Polygon(xy_of(ring)) for ring in rings])
+
+
 def test_the_part_of_an_area_below_a_drawing_is_cleared_but_it_encloses_as_much():
-    area = shapely.box(0, 0, 30, 20) - shapely.box(2, 2, 28, 18) | shapely.box(10, 5, 16, 9)
-    part = np.array([8 + 6j, 40 + 6j, 40 + 12j, 8 + 12j])  # also crosses the right side
-    rings = cleared(area, [part])
-    left = functools.reduce(shapely.symmetric_difference, [shapely.Polygon(xy_of(ring)) for ring in rings])
+    area = shapely.box(0, 0, 30, 20) - shapely.box(2, 2, 28, 18)
+    rings = cleared(area, [np.array([8 + 6j, 40 + 6j, 40 + 12j, 8 + 12j])])  # also crosses the right side
     hairline = 0.036  # a thousandth of the diagonal, by which less is cleared, and the outline stays
-    lost = 6 * (3 - hairline) + (2 - hairline) * (6 - 2 * hairline)
-    assert left.area == pytest.approx(area.area - lost, abs=0.01)
-    assert left.contains(shapely.Point(12, 5.5)) and not left.contains(shapely.Point(12, 8))
+    assert area_of(rings).area == pytest.approx(area.area - (2 - hairline) * (6 - 2 * hairline), abs=0.01)
     enclosed = [shapely.Polygon(xy_of(ring)).area for ring in without_holes(rings)]
     assert enclosed == pytest.approx([30 * 20])
+
+
+def test_marks_inside_a_target_are_left_out_where_a_drawing_lies_on_them_and_others_stay():
+    drawing = np.array([8 + 6j, 14 + 6j, 14 + 12j, 8 + 12j])
+    frame = shapely.box(0, 0, 40, 20) - shapely.box(2, 2, 38, 18)
+    below, beside = shapely.box(10, 5, 16, 9), shapely.box(20, 5, 24, 9)
+    left = area_of(cleared(frame | below | beside, [drawing]))
+    assert left.symmetric_difference(frame | beside).area < 0.01
+    plate = shapely.box(0, 0, 40, 20)
+    left = area_of(cleared(plate - below - beside, [drawing]))
+    hairline = 1e-3 * np.hypot(40, 20)  # the hole below is filled
+    assert left.area == pytest.approx(40 * 20 - (6 - 2 * hairline) ** 2 - 4 * 4, abs=0.01)
+    assert left.contains(shapely.Point(15.5, 7)) and not left.contains(shapely.Point(22, 7))
+
+
+def test_marks_in_the_middle_of_a_ring_that_is_placed_around_them_are_left_out():
+    plate = shapely.box(0, 0, 40, 20) - shapely.box(19, 9, 21, 11)
+    bars = [
+        np.array([10 + 2j, 12 + 2j, 12 + 18j, 10 + 18j]),
+        np.array([28 + 2j, 30 + 2j, 30 + 18j, 28 + 18j]),
+    ]
+    assert area_of(cleared(plate, bars)).contains(shapely.Point(20, 10))
