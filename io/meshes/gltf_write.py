@@ -53,7 +53,8 @@ class GltfEditor:
     def view(self, data: bytes, **properties: Any) -> int:
         """Add a buffer view with these bytes; return its index."""
         views = self.tree.setdefault("bufferViews", [])
-        if not self._free and len(views) >= self._searched_again_at:  # a search takes as long as the file has parts
+        # a search takes longer the more parts the file has
+        if not self._free and len(views) >= self._searched_again_at:
             self._free = sorted(set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED)))
             self._searched_again_at = int(SEARCH_GROWTH_RATIO * len(views)) + 1
         number = self._free.pop(0) if self._free else len(views)
