@@ -32,8 +32,10 @@ TANGENTS = {"componentType": 5126, "type": "VEC4"}
 WITHOUT_TEXTURES = {"KHR_lights_punctual", "KHR_materials_variants"}
 """Extensions of whole files that refer to no textures."""
 NAMED_MATERIALS = 4  # in a note, before the number of the others
+FEW_VIEWS = 256
+"""Up to this number of views, those that are no longer referred to are sought whenever one is added."""
 SEARCH_GROWTH_RATIO = 1.25
-"""Of the number of views, between searches for those that are no longer referred to."""
+"""Of the number of views, between searches in larger files."""
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that refer to views
 
 
@@ -56,7 +58,7 @@ class GltfEditor:
         # a search takes longer the more parts the file has
         if not self._free and len(views) >= self._searched_again_at:
             self._free = sorted(set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED)))
-            self._searched_again_at = int(SEARCH_GROWTH_RATIO * len(views)) + 1
+            self._searched_again_at = 0 if len(views) < FEW_VIEWS else int(SEARCH_GROWTH_RATIO * len(views))
         number = self._free.pop(0) if self._free else len(views)
         views[number : number + 1] = [{"buffer": 0, "byteLength": len(data), **properties}]
         self.views[number : number + 1] = [data]
