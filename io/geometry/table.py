@@ -14,6 +14,7 @@ from itertools import takewhile
 import numpy as np
 
 from ...errors import InputError
+from .. import limits
 from ..point_syntax import coordinate, is_number
 from .columns import MISSING, Columns, guessed, is_heading, named, of_names, unit_of
 from .document import NOWHERE, Geometry, Images, TextDocument
@@ -72,6 +73,8 @@ class Table(TextDocument):
         except csv.Error as error:
             raise InputError(f"not a table: {error}") from None
         rows = [row for row in rows if row]
+        if (count := max(map(len, rows), default=0)) > limits.TABLE_COLUMNS:
+            raise InputError(f"a row has {count} columns, more than {limits.TABLE_COLUMNS}")
         comments = list(takewhile(_is_comment, rows))
         rows = rows[len(comments) :]
         if comments and rows and len(comments[-1]) == len(rows[0]) and of_names(comments[-1]):

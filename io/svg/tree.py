@@ -491,7 +491,7 @@ class Document:
         inner = fonts_in_css.px(properties.get("font-size", ""))
         if node.element is self.top:
             self._root_font = inner
-        for name in fonts_in_css.LENGTHS.intersection(declared):
+        for name in fonts_in_css.LENGTHS.intersection(declared).intersection(properties):
             properties[name] = fonts_in_css.without_ems(properties[name], inner, self._root_font)
         node.properties = properties
 

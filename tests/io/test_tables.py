@@ -258,3 +258,10 @@ def test_numbers_of_thousands_of_digits_in_tables_are_no_error_of_ours(tmp_path,
         read(tmp_path, "\n".join(cells).format(digits))
     with pytest.raises(InputError, match="no column"):
         read(tmp_path, "1,2\n3,4\n", columns=f"{digits},1")
+
+
+def test_a_table_with_more_columns_than_excel_writes_is_refused(tmp_path):
+    names = "x,y" + ",z" * 16_382
+    assert read(tmp_path, f"{names}\n1,2\n").geometry.points.tolist() == [1 + 2j]
+    with pytest.raises(InputError, match="16385 columns"):
+        read(tmp_path, f"{names},z\n1,2\n")

@@ -219,6 +219,13 @@ def test_letters_are_set_apart(tmp_path, more, ems):
     assert np.allclose([b[0] - a[0] for a, b in zip(plain, apart)], [0, 40 * ems, 80 * ems], atol=0.02)
 
 
+def test_spacing_that_is_inherited_from_nothing_is_none(tmp_path):
+    plain, inherited = (
+        boxes(tmp_path, TEXT.format(x=9, more=more, text="h ou")) for more in ("", 'word-spacing="inherit"')
+    )
+    assert inherited == plain
+
+
 def test_a_text_has_its_specified_length(tmp_path):
     plain = boxes(tmp_path, TEXT.format(x=9, more="", text="hou"))
     natural = TextPath((0, 0), "hou", size=40, prop=FontProperties(family="DejaVu Sans")).get_extents().width
