@@ -158,8 +158,8 @@ GLOB_ENTRIES, GLOB_SECONDS = 1_000_000, 60
 """Entries of folders that are searched for the patterns of a manifest, and seconds for that."""
 DEPTH = 8
 """Nesting of lists and tables in a manifest; pins need three levels."""
-TABLE_COLUMNS = 16_384
-"""Columns of a table of points: as many as Excel writes."""
+TABLE_COLUMNS = 200_000
+"""Columns of a table of points: one for each gene of an assay, and more."""
 COMPARED_BYTES = 1 << 28
 """Bytes of a report or a file of tolerances for `iccm check`."""
 
