@@ -25,7 +25,6 @@ from .archive import Archive, opened
 from .georeference import Georeference
 
 FORMAT = "iccm.map/1"
-"""Largest number in an array, so that products of a few of them are finite."""
 ARRAYS = {"pins": ("complex128", 2, 2), "hole_partners": ("int32", 2, 2)}
 RINGS = (
     *("stroke_sources", "stroke_targets", "source_holes", "target_holes"),

@@ -33,9 +33,10 @@ WITHOUT_TEXTURES = {"KHR_lights_punctual", "KHR_materials_variants"}
 """Extensions of whole files that refer to no textures."""
 NAMED_MATERIALS = 4  # in a note, before the number of the others
 FEW_VIEWS = 256
-"""Up to this number of views, those that are no longer referred to are sought whenever one is added."""
+"""A file with fewer views is searched for unused ones whenever a view is added."""
 SEARCH_GROWTH_RATIO = 1.25
-"""Of the number of views, between searches in larger files."""
+"""A larger file is searched again when it has so many times the views of the last search: each search visits the whole
+file, so that one for each new view would take minutes with thousands of primitives."""
 PLACED = ("values", "arrayOffsets", "stringOffsets")  # keys of EXT_structural_metadata that refer to views
 
 
@@ -55,7 +56,6 @@ class GltfEditor:
     def view(self, data: bytes, **properties: Any) -> int:
         """Add a buffer view with these bytes; return its index."""
         views = self.tree.setdefault("bufferViews", [])
-        # a search takes longer the more parts the file has
         if not self._free and len(views) >= self._searched_again_at:
             self._free = sorted(set(range(len(views))) - set(_named(self.tree, "bufferView", *PLACED)))
             self._searched_again_at = 0 if len(views) < FEW_VIEWS else int(SEARCH_GROWTH_RATIO * len(views))

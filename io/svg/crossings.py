@@ -26,8 +26,8 @@ def check(lines: Sequence[Complex], *, reach: float = 0.0, before: int | None = 
     Args:
         lines: polylines; a closed one repeats its first point.
         reach: distance up to which two segments count as near.
-        before: crossings of other lines, which count for the same limit; by default there are no others, and a few
-            segments are not examined.
+        before: number of crossings that other lines of the same file have, which share the limit. If given, all lines
+            are examined; otherwise lines with few segments, which cannot exceed it, are not.
 
     Returns:
         The number of crossings, with those before.

@@ -126,8 +126,7 @@ PICTURE = "no picture is written; write one with -o FILE.png"
 TEXTURE = "none of the outputs shows a texture; write a picture with -o FILE.png"
 
 OF_CONSTRAINTS = (
-    Requirement(("exact_pins",), _has("pins"), "there are no pins; add some with --pin"),
-    Requirement(("pin_weight",), _has("pins"), "there are no pins; add some with --pin"),
+    Requirement(("exact_pins", "pin_weight"), _has("pins"), "there are no pins; add some with --pin"),
     Requirement(("stroke_weight",), _has("strokes"), "there are no strokes; add some with --constraints"),
     Requirement(
         ("rigid_each",), _has("rigid", "rigid_target"), "there are no rigid regions; add some with --rigid"
