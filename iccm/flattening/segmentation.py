@@ -242,10 +242,10 @@ def _unfolded(part: Patch, corners: Complex, method: str) -> Flattening | None:
     flat = np.zeros(len(part.points), complex)
     np.add.at(flat, part.faces, corners)
     flat /= np.bincount(part.faces.ravel())
+    # a boundary that touches itself is valid or not by rounding, which packing changes
+    flat = separate_boundaries(part.triangles, flat)
     outline = max(part.loops, key=lambda loop: polygon_area(flat[loop]))
     layout = Flattening(part, upright(part, flat), outline, method)
-    if overlap(layout):
-        layout = replace(layout, flat=separate_boundaries(part.triangles, layout.flat))
     return None if overlap(layout) or not layout.dilated(95) < EXACT_DILATATION else layout
 
 

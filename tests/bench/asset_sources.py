@@ -183,6 +183,16 @@ UNTEXTURED = {
         "8a4f8642acaf43f9cd7b67858a1502e1055ef202",
         ("data/*.obj",),
     ),
+    "cookie_description": Source("pypi", "cookie-description", "1.2.1", ("**/*.stl",)),
+    "devjoni_stllib": Source("pypi", "devjoni-stllib", "0.0.2", ("devjoni/stllib/*.stl",)),
+    "stretch_urdf": Source("pypi", "hello-robot-stretch-urdf", "0.1.2", ("stretch_urdf/*/meshes/*.STL",)),
+    "icub_models": Source("pypi", "icub-models", "3.2.0", ("**/visual/*.dae",)),
+    "orca_arm": Source("pypi", "orca-arm", "0.0.0", ("orca_arm/assets/**/*.stl",)),
+    "robot_properties_fingers": Source(
+        "pypi", "robot-properties-fingers", "2.0.2", ("robot_properties_fingers/meshes/**/*.stl",)
+    ),
+    "gl117": Source("debian", "gl-117-data", "1.3.2-3.1", ("**/models/*.3ds",)),
+    "sweethome3d": Source("debian", "sweethome3d-furniture", "1.8-1", ("**/*.obj",)),
 }
 """Packages whose models have no textures, for benches of layouts."""
 
@@ -231,7 +241,7 @@ def unpack(archive: Path, folder: Path) -> None:
     folder.mkdir()
     if archive.suffix == ".deb":
         run("dpkg-deb", "-x", archive, folder, folder=folder)
-        for inner in [*folder.rglob("*.zip"), *folder.rglob("*.pk3")]:
+        for inner in [path for suffix in ("zip", "pk3", "sh3f") for path in folder.rglob(f"*.{suffix}")]:
             shutil.unpack_archive(inner, folder / inner.stem, "zip")
     else:
         shutil.unpack_archive(archive, folder, "zip" if archive.suffix == ".whl" else "gztar")

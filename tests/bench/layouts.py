@@ -50,6 +50,7 @@ SAMPLED_FACES = 16, 20_000  # fewest and most faces of models that are sampled
 IN_BLENDER = """
 import sys, numpy as np, bpy
 way, source, target = sys.argv[1:]
+bpy.ops.wm.read_factory_settings(use_empty=True)  # without its cube, which would be unwrapped and packed as well
 given = np.load(source)
 points, faces = given["points"], given["faces"]
 mesh = bpy.data.meshes.new("m")

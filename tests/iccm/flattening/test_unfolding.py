@@ -114,11 +114,36 @@ def test_seams_depend_neither_on_noise_nor_on_the_order_of_faces(name, seed):
     assert seam_middles(shuffled, nets(shuffled)) == seam_middles(piece, nets(piece))
 
 
-def test_copies_of_a_chart_do_not_overlap_where_faces_meet_again_in_the_plane():
-    """The faces of a cross-shaped prism come to lie side by side in its net, and are kept apart."""
-    plus = prism(1j, 1 + 1j, 1, 2, 2 + 1j, 3 + 1j, 3 + 2j, 2 + 2j, 2 + 3j, 1 + 3j, 1 + 2j, 2j, height=1)
-    charts = nets(piece_of(plus))
-    assert not any(overlap(chart.layout) for chart in charts) and dilated(charts) < 1.001
+def blocks(*cells):
+    """The surface of boxes of 1 × 1.3 × 0.7 at cells of a grid, of which each face is two triangles."""
+    cells, faces = np.array(cells), []
+    for axis, side in np.ndindex(3, 2):
+        step, across, ahead = np.eye(3, dtype=int)[[axis, (axis + 1) % 3, (axis + 2) % 3]]
+        beside = cells + (1 if side else -1) * step
+        first = cells[~(beside[:, None] == cells).all(axis=2).any(axis=1)] + side * step
+        face = np.stack([first, first + across, first + across + ahead, first + ahead], axis=1)
+        faces.append(face if side else face[:, ::-1])
+    points, number = np.unique(np.concatenate(faces).reshape(-1, 3), axis=0, return_inverse=True)
+    number = number.reshape(-1, 4)
+    return trimesh.Trimesh(
+        points * [1, 1.3, 0.7], np.concatenate([number[:, :3], number[:, [0, 2, 3]]]), process=False
+    )
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        [(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 1, 1), (1, 0, 1)],
+        [(0, -1, -1), (0, -1, 0), (0, 0, 0), (1, -1, -1), (1, -1, 0)],
+    ],
+)
+def test_faces_that_meet_again_in_the_plane_do_not_overlap_after_rotation(cells):
+    """Faces that come to lie side by side in a net are kept apart, whatever packing does to it."""
+    charts = nets(piece_of(blocks(*cells)))
+    assert dilated(charts) < 1.001
+    for chart in charts:
+        for turn in np.exp(1j * np.linspace(0, 2 * np.pi, 40)):
+            assert not overlap(replace(chart.layout, flat=turn * chart.layout.flat))
 
 
 def test_organic_pieces_stay_one_chart():
