@@ -150,6 +150,9 @@ def path_inside(shape: Shape, start: complex, goal: complex, *, holed: bool) -> 
     """Return the corners of the cheapest path between two places of a shape, which keeps away from its outlines.
 
     It is searched on a grid, and shortened wherever a straight line costs no more.
+
+    Raises:
+        ValueError: the grid does not resolve the shape's narrowest places between them.
     """
     curve = shape.curve
     holes = [Curve(shape.holes[k]) for k in shape.mappable_holes] if holed else []

@@ -49,9 +49,9 @@ from .first_pins import SETS
 ROOT = Path(__file__).parents[2]
 MOVES_PER_SECOND = 60  # of a mouse
 REST_PICTURES = 3  # of the map, while the hand rests before it releases: some 150 ms where nothing else runs
-FOLLOWED = {  # whether the map has reached the hand
-    "editor": "!document.querySelectorAll('#target .handle.wrong').length",
-    "demo": "!iccmDemo.shown?.figures.missed.length",
+FOLLOWED = {  # whether the map of the last movement has been seen, and has reached the hand
+    "editor": "iccm.seq[0] === iccm.seq[1] && !document.querySelectorAll('#target .handle.wrong').length",
+    "demo": "iccmDemo.shown?.seq >= hand.sent && !iccmDemo.shown.figures.missed.length",
 }
 IDLE_SECONDS = 1.5  # after the page has come to rest: it may still compare maps
 MOST_AFTER = 0.5  # per cent of the diagonal
@@ -64,7 +64,8 @@ WITHOUT_GRAPHICS_CARD = ("--disable-gpu", "--enable-unsafe-swiftshader")  # as C
 WATCH = """
 const target = globalThis.iccm ? iccm.panes.target : iccmDemo.right, {painter} = target;
 const source = globalThis.iccm ? iccm.panes.source : iccmDemo.left;
-const hand = {panes: {source, target}, floats: null, released: null, isNew: false, maps: 0, pictures: [], moves: []};
+const hand = {panes: {source, target}, floats: null, released: null, isNew: false, maps: 0, sent: 0};
+Object.assign(hand, {pictures: [], moves: []});
 globalThis.hand = hand;
 const map = painter.map.bind(painter), paint = target.paint.bind(target);
 painter.map = (floats) => { hand.floats = floats; hand.isNew = true; hand.maps++; map(floats); };
@@ -73,7 +74,11 @@ target.paint = () => {
   if (hand.isNew) hand.pictures.push(performance.now());
   hand.isNew = false;
 };
-addEventListener('pointermove', (event) => { if (event.buttons) hand.moves.push(performance.now()); }, {capture: true});
+addEventListener('pointermove', (event) => {
+  if (!event.buttons) return;
+  hand.moves.push(performance.now());
+  if (globalThis.iccmDemo) hand.sent = iccmDemo.solver.next;
+}, {capture: true});
 addEventListener('pointerup', () => { hand.released = hand.floats; }, {capture: true});
 """  # code: keeps when pictures with a new map are painted, and which map is seen at the release
 TAKE = """
@@ -217,6 +222,23 @@ def random_place(shape: Any, others: list[complex], rng: np.random.Generator) ->
     return None
 
 
+def random_path(
+    shape: Any, places: list[complex], number: int, rng: np.random.Generator
+) -> tuple[complex, np.ndarray]:
+    """Return a random place for a pin, and the corners of a path to it inside the shape.
+
+    Raises:
+        LookupError: there is no room.
+    """
+    for _ in range(NEW_PIN_TRIES):
+        goal = random_place(shape, places, rng)
+        if goal is None:
+            break
+        with suppress(ValueError):  # beyond a passage that is too narrow
+            return goal, drags.path_inside(shape, places[number], goal, holed=True)
+    raise LookupError
+
+
 def drag_once(hand: Hand, rng: np.random.Generator, options: argparse.Namespace) -> tuple[bool, float, float]:
     """Drag a new or an earlier pin; return whether it was met, the displacement afterwards, and pictures a second.
 
@@ -235,11 +257,8 @@ def drag_once(hand: Hand, rng: np.random.Generator, options: argparse.Namespace)
     side = ("source", "target")[int(rng.integers(2))]
     places, shape = hand.pins(side), hand.shape(side)
     number = len(places) - 1 if len(places) > len(pins) else int(rng.integers(len(places)))
-    goal = random_place(shape, places, rng)
-    if goal is None:
-        raise LookupError
+    goal, corners = random_path(shape, places, number, rng)
     steps = round(options.seconds * MOVES_PER_SECOND)
-    corners = drags.path_inside(shape, places[number], goal, holed=True)
     path = [complex(z) for z in drags.along(corners, np.arange(steps + 1) / steps)]
     hand.drag(side, path, holding=options.hold)
     away = abs(hand.pins(side)[number] - goal) / shape.curve.diagonal

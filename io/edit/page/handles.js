@@ -145,10 +145,12 @@ export class Handles {
       if (!to && distance(now, start) <= CLICK_REACH) return;
       to = pane.clamp([from[0] + now[0] - start[0], from[1] + now[1] - start[1]]);
       pane.loupe = pane.drag(item, to, {attracted: !next.altKey});
+      if (pane.loupe) pane.hurry(true);
       pane.redraw(Boolean(pane.loupe));
     }, () => {
       if (pane.entry(item) !== entry) to = null;
       if (to && pane.surface) pane.drag(item, to, {last: true});
+      if (pane.side === 'source') pane.hurry(false);  // the target still follows
       pane.redraw();
       pane.loupe = null;
       pane.guide = null;

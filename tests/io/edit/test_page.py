@@ -1549,6 +1549,21 @@ def test_the_picture_follows_the_hand_before_the_server_answers_and_rests_as_the
     assert np.abs(shown.astype(int) - edited.picture(200, 200)).max() <= 2
 
 
+@pytest.mark.parametrize("side", ["source", "target"])
+def test_the_side_under_the_hand_is_painted_with_fewer_pixels_until_it_rests(page, side):
+    """Without a graphics card; the picture and the loupe are painted for each movement."""
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    edited.click("source", 259, 156)
+    size = f"(({{canvas}}) => canvas.width * canvas.height)(iccm.panes.{side})"
+    whole, start = edited.js(size), edited.scene["pins"][0][side]
+    end = [start[0] + 20, start[1] - 15]
+    edited.drag(side, start, end, steps=4, release=False)
+    edited.wait(f"iccm.panes.{side}.loupe && {size} <= {whole / 4 + 1000}")
+    edited.mouse("mouseReleased", edited.at(side, *end))
+    assert edited.settled() == "full"
+    edited.wait(f"{size} === {whole}")
+
+
 BOXES = """['source', 'target'].map((id) => document.getElementById(id).getBoundingClientRect())
   .map((r) => [r.left, r.top, r.width, r.height])"""
 CONTROLS = """[...document.querySelectorAll('button, select, input, summary')]
@@ -1666,6 +1681,17 @@ def test_an_empty_page_shows_three_samples_and_where_to_drop_files(page):
     assert len(text.split()) <= 60 and "Computing" not in text and "Drop" in text
     assert edited.js("document.querySelectorAll('#welcome-samples button').length") == 3
     assert not edited.js("document.querySelector('header').checkVisibility()")
+    for width in (1400, 768, 390):
+        metrics = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+        edited.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        edited.wait(f"innerWidth === {width}")
+        ((_, left, top, right, bottom),) = edited.js(PLACES, "#welcome h1")
+        ((_, _, first, _, _),) = edited.js(PLACES, "#welcome-files")
+        assert left >= 0 and right <= width and 0 <= top < bottom <= first
+        assert edited.js(
+            "(({scrollHeight, clientHeight}) => scrollHeight <= clientHeight + 1)(arguments[0])",
+            edited.driver.find_element("css selector", "#welcome h1"),
+        )
     drop = """(() => { const data = new DataTransfer();
       data.items.add(new File([arguments[0]], 'two.svg', {type: 'image/svg+xml'}));
       const drop = new DragEvent('drop', {dataTransfer: data, bubbles: true});
