@@ -54,13 +54,41 @@ BEND_SIZE_SHARE = 1e-3
 """Deviation of a map from an affine one, relative to the target's size, from which on patterns are drawn as tiles."""
 
 
-def check(source: Shape, target: Shape, copies: int = 1) -> None:
-    """Check whether `carry` can transfer a drawing, before a map is solved for; `copies` is the number of transfers.
+class PreparedDrawing:
+    """A drawing that is read before a map is solved for, which shows whether it can be transferred.
+
+    It is used up by the first frame that asks for the same.
+
+    Args:
+        source: the shape that was read from the drawing.
+        target: the shape whose canvas becomes the drawing's.
+        copies: number of times that the drawing is transferred.
+        alone: whether no other drawing lies in the same document.
 
     Raises:
         InputError: the source is neither an SVG file nor a text in a font, is malformed, or exceeds a limit.
     """
-    _document(source, target, copies)
+
+    def __init__(self, source: Shape, target: Shape, copies: int = 1, *, alone: bool = True):
+        self._request = _request(source, target, copies, alone)
+        self._document: MappedDocument | None = _document(source, target, copies, alone=alone)
+
+    def take(
+        self, source: Shape, target: Shape, copies: int, *, bends: bool, alone: bool
+    ) -> MappedDocument | None:
+        """Return the document if it is what these arguments of `MappedDocument.of` ask for, and was not taken yet."""
+        document = self._document
+        if document is None or self._request != _request(source, target, copies, alone):
+            return None
+        if document.depends_on_bends and not bends:  # it was prepared for any map
+            return None
+        self._document = None
+        return document
+
+
+def _request(source: Shape, target: Shape, copies: int, alone: bool) -> tuple[object, ...]:
+    """Return everything that a document depends on, besides whether the map bends."""
+    return source.path, source.spec, target.box, target.millimetres, target.unit, copies, alone
 
 
 def carry(
@@ -142,13 +170,18 @@ class ArtworkFrame(NamedTuple):
 
 
 def carry_frames(
-    frames: Sequence[ArtworkFrame], *, repeated: bool = False, tolerance: float | None = None
+    frames: Sequence[ArtworkFrame],
+    *,
+    repeated: bool = False,
+    tolerance: float | None = None,
+    prepared_drawing: PreparedDrawing | None = None,
 ) -> tuple[tuple[str, ...], bool]:
     """Write frames of the same drawing, whose paths have the same commands in each frame; see `carry_parts`.
 
     Args:
         frames: with the same source shapes, mapped by different maps of the same domains.
         repeated, tolerance: as for `carry_parts`; the tolerance is by default that of the smallest target.
+        prepared_drawing: the drawing, if it has been read before.
 
     Returns:
         Notes, each once, and whether a frame shows nothing of the drawing.
@@ -159,7 +192,11 @@ def carry_frames(
     for frame in frames:
         copies = len(frame.parts) if repeated else 1
         alone = frame.background is None
-        drawings.append(_document(frame.parts[0][0], frame.target, copies, bends=bends, alone=alone))
+        source, target = frame.parts[0][0], frame.target
+        drawing = None
+        if prepared_drawing is not None:
+            drawing = prepared_drawing.take(source, target, copies, bends=bends, alone=alone)
+        drawings.append(drawing or _document(source, target, copies, bends=bends, alone=alone))
     mappings = [PathMapping(frame.parts, tolerance, curves=len(frames) > 1) for frame in frames]
     prepared = [mapping.prepare(drawing.elements) for mapping, drawing in zip(mappings, drawings)]
     counts = {len(prepared_shapes.owners) for prepared_shapes in prepared}
@@ -233,4 +270,4 @@ def _document(
         )
     data = svg_data(source)
     with naming(source.path):
-        return MappedDocument.of(data, source, target, copies, bends=bends, alone=alone)
+        return MappedDocument.of(data, target, copies, bends=bends, alone=alone)

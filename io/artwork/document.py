@@ -69,6 +69,7 @@ class MappedDocument:
         document: the original document.
         region: of a mask: the target's canvas and as much again on each side.
         bends: whether the map is not affine.
+        depends_on_bends: whether the document depends on that.
         elements, effects: what the map has to transfer.
         shapes: those of `elements` that are drawn at the current place, without those of clip paths and masks.
         aside: whether the current place is a clip path or mask.
@@ -85,6 +86,7 @@ class MappedDocument:
     document: tree.Document
     region: dict[str, str]
     bends: bool = True
+    depends_on_bends: bool = False
     elements: list[MappedElement] = field(default_factory=list)
     effects: list[Effect] = field(default_factory=list)
     shapes: list[MappedElement] = field(default_factory=list)
@@ -99,14 +101,13 @@ class MappedDocument:
     def of(
         cls,
         data: bytes,
-        source: Shape,
         target: Shape,
         copies: int = 1,
         *,
         bends: bool = True,
         alone: bool = True,
     ) -> "MappedDocument":
-        """Build the document that the source was read from on the target's canvas; its shapes have no paths yet.
+        """Build the document of an SVG file on the target's canvas; its shapes have no paths yet.
 
         With several copies, each is a group. If the map `bends`, that is, is not affine, patterns are drawn as tiles.
         Unless it is `alone`, no style sheets remain, which would also apply to the other drawing.
@@ -362,13 +363,10 @@ class MappedDocument:
         properties, parent = node.properties, shape.parent
         pattern = self.document.referenced(properties.get("fill", ""), "pattern")
         has_effects = any(node.declared.get(name, "none") != "none" for name in _EFFECTS)
-        if (
-            pattern is None
-            or not self.bends
-            or not space.area
-            or has_effects
-            or id(pattern) in node.copied_from
-        ):
+        if pattern is None or not space.area or has_effects or id(pattern) in node.copied_from:
+            return False
+        self.depends_on_bends = True
+        if not self.bends:
             return False
         attributes_of_pattern, source = self.definitions.inherited_attributes(pattern)
         tile = space.rectangle(

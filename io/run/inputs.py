@@ -68,9 +68,14 @@ class Files:
 
 
 class Inputs(Files):
-    """The inputs of a job; each mesh file is opened once."""
+    """The inputs of a job; each mesh file is opened once, and each planar shape is read once."""
 
     job: Job
+
+    def __init__(self, job: Job, *, keep: bool = True) -> None:
+        """Prepare to read the files of a job, see `Files`."""
+        super().__init__(job, keep=keep)
+        self._shapes: dict[tuple[object, ...], Shape] = {}
 
     def of_job(self, job: Job) -> Inputs:
         """Return the inputs of a job that differs only in values that name no input file."""
@@ -201,12 +206,14 @@ class Inputs(Files):
         """
         if not self.is_mesh(text):
             meshes = [spec for spec in (self.job.source, self.job.target) if spec and self.is_mesh(spec)]
-            return shape.read(
-                text,
-                max_segments=self.job.max_segments,
-                trace=self.job.trace,
-                whole=self.job.whole_drawings and not meshes,
-            )
+            whole = self.job.whole_drawings and not meshes
+            # Both sides may name the same file, but are different shapes.
+            key = text, target, self.job.max_segments, self.job.trace, whole
+            if key not in self._shapes:
+                self._shapes[key] = shape.read(
+                    text, max_segments=self.job.max_segments, trace=self.job.trace, whole=whole
+                )
+            return self._shapes[key]
         from ..shapes import mesh_reading
 
         return mesh_reading.read(

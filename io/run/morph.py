@@ -36,7 +36,7 @@ from .inputs import Inputs
 from .job import Job
 from .maps import Settings, note_maps, solve_pairs
 from .outputs import effects, notes_on_shapes
-from .outputs.artwork import Artwork
+from .outputs.artwork import Artwork, on_canvas, painted_rings
 from .outputs.output import Output
 from .outputs.picture import Picture, displayed
 from .parts import Pair
@@ -524,7 +524,7 @@ def _animate_areas(name: str, frames: Sequence[MorphFrame], settings: MorphSetti
     with files.scratch() as folder:
         single = [folder / f"{number}.svg" for number in range(len(frames))]
         for frame, file in zip(frames, single):
-            areas.write(frame.layers, _canvas(frame.artwork), file)
+            areas.write(frame.layers, on_canvas(frame.artwork), file)
         moving = _move(frames)
         animation.write(
             settings.ordered(single, is_closed=moving),
@@ -587,12 +587,7 @@ def _write_drawings(run: Run, output: Artwork, frames: Sequence[MorphFrame], pat
     if not moving:
         output.write_frames(first)
     for frame, path in list(zip(frames, paths))[not moving :]:
-        areas.write(frame.layers, _canvas(frame.artwork), path)
-
-
-def _canvas(run: Run) -> Shape:
-    """Return the shape of a frame with the canvas of all frames."""
-    return replace(run.target, box=framing.picture_box(run.job, run.target))
+        areas.write(frame.layers, on_canvas(frame.artwork), path)
 
 
 def _differs_at_the_end(run: Run, frames: Sequence[MorphFrame]) -> bool:
@@ -607,7 +602,7 @@ def _write_target(run: Run, frame: Run, path: Path) -> None:
     """Write the target's drawing on the canvas of the frames."""
     from ..artwork import carry_parts
 
-    canvas = _canvas(frame)
+    canvas = on_canvas(frame)
     low, high = canvas.box
     if Spec.of(run.target.spec).selection:  # a part of a drawing, without what lies beside it
         maps = [triangulated(fit.map) for fit in frame.fits]
@@ -632,12 +627,11 @@ def _animate_lottie(
 ) -> tuple[str, ...]:
     """Write a Lottie animation of all frames, and return notes."""
     from ..artwork import lottie
-    from .outputs.artwork import painted_rings
 
     if frames[0].layers:
         lottie.write_areas(
             [frame.layers for frame in settings.ordered(frames)],
-            _canvas(frames[0].artwork).box,
+            on_canvas(frames[0].artwork).box,
             path,
             settings.fps,
             stepped=not _move(frames),

@@ -32,10 +32,16 @@ as in a stick figure with a round head: filling the few closed ones would show a
 
 
 class FaceBudget:
-    """Limit on the faces into which outlines that cross cut the plane, for all shapes of a drawing together."""
+    """Limit on the faces into which outlines that cross cut the plane, for all shapes of a drawing together.
+
+    Attributes:
+        latest: the rings that were cut last, as bytes, with their faces and winding numbers: a ring is first tested for
+            crossings, and then painted.
+    """
 
     def __init__(self) -> None:
         self._left = limits.CUT_FACES
+        self.latest: tuple[tuple[bytes, ...], np.ndarray, np.ndarray] | None = None
 
     def check(self) -> None:
         """Refuse further work once the limit is exceeded.
@@ -201,13 +207,20 @@ def _faces(rings: Sequence[Complex], budget: FaceBudget) -> tuple[np.ndarray, np
         InputError: the rings cross too often.
     """
     budget.check()
+    key = tuple(ring.tobytes() for ring in rings)
+    if budget.latest is not None and budget.latest[0] == key:
+        _, faces, winding = budget.latest
+        budget.spend(len(faces))
+        return faces, winding
     crossings.check([np.append(ring, ring[:1]) for ring in rings])
     lines = _Lines(rings)
     closed = shapely.linearrings(xy_of(lines.begin), indices=np.repeat(np.arange(len(rings)), lines.sizes))
     faces = np.array(shapely.get_parts(shapely.polygonize([shapely.unary_union(closed)])))
     budget.spend(len(faces))
     points = shapely.point_on_surface(faces)
-    return faces, lines.windings(points, shapely.box(*shapely.bounds(closed).T))
+    winding = lines.windings(points, shapely.box(*shapely.bounds(closed).T))
+    budget.latest = key, faces, winding
+    return faces, winding
 
 
 class _Lines:

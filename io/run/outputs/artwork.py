@@ -11,7 +11,7 @@ from ....drawings.drawing import Drawing
 from ....errors import InputError
 from ....polygons import unite
 from ... import formats
-from ...artwork import ArtworkFrame, carry_frames, check, is_drawn
+from ...artwork import ArtworkFrame, PreparedDrawing, carry_frames, is_drawn
 from ...meshes.mesh_files import names_layout
 from ...spec import Spec
 from .. import background, framing
@@ -23,6 +23,7 @@ from .output import Output
 if TYPE_CHECKING:
     from ....arrays import Complex
     from ....solve import Fit
+    from ...shapes.shape import Shape
 
 LEAST_OPACITY = 1e-3  # of a mask: less than the 1/255 that a screen can show
 SAME_AREA_SHARE = 1e-6  # relative to a drawing's area: smaller differences to its frame are ignored
@@ -32,6 +33,7 @@ class Artwork(Output):
     """An SVG of the source's drawing."""
 
     shows_target = True
+    _prepared: PreparedDrawing | None = None
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require an SVG, a DXF or a text in a font as source, and a planar target or a chart of a mesh's layout."""
@@ -58,8 +60,18 @@ class Artwork(Output):
                     f"{target.spec}: {chart} is mirrored in the layout, which artwork cannot be; use a "
                     "picture's suffix"
                 )
-        check(run.source, run.target, len(run.pairs) if run.job.repeated else 1)
+        self.prepare(run)
         run.note(*framing.remarks(run.job, run.source, run.target))
+
+    def prepare(self, run: Run) -> None:
+        """Read the drawing, and keep it for the first frame that is written.
+
+        Raises:
+            InputError: the drawing is malformed or too large.
+        """
+        copies = len(run.pairs) if run.job.repeated else 1
+        is_alone = run.job.background != "target"
+        self._prepared = PreparedDrawing(run.source, on_canvas(run), copies, alone=is_alone)
 
     def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the drawing, and note what was cut off or left out."""
@@ -91,7 +103,7 @@ class Artwork(Output):
             behind = background.element_of(first) if shows_target else None
             for run, path, opacity in frames:
                 carried = [(source, fit.map) for (source, _), fit in zip(run.pairs, run.fits)]
-                target = replace(run.target, box=framing.picture_box(run.job, run.target))
+                target = on_canvas(run)
                 if cut:  # also in frames whose outlines already cut the drawing
                     painted = [ring for fit in run.fits for ring in _rings_of_target(fit)]
                 else:
@@ -112,9 +124,19 @@ class Artwork(Output):
                     )
                 )
             tolerance = first.job.max_line_error
-            notes, is_empty = carry_frames(artwork_frames, repeated=first.job.repeated, tolerance=tolerance)
+            notes, is_empty = carry_frames(
+                artwork_frames,
+                repeated=first.job.repeated,
+                tolerance=tolerance,
+                prepared_drawing=self._prepared,
+            )
             first.note(*notes)
             return is_empty
+
+
+def on_canvas(run: Run) -> Shape:
+    """Return the target with the box that pictures show as its canvas."""
+    return replace(run.target, box=framing.picture_box(run.job, run.target))
 
 
 def painted_rings(fits: Sequence[Fit]) -> list[Complex]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ....errors import InputError
 from ... import files, formats
-from ...artwork import TOLERANCE_SHARE, check, dxf, is_drawn, new_dxf
+from ...artwork import TOLERANCE_SHARE, dxf, is_drawn, new_dxf
 from ...spec import Spec
 from ..job import Job
 from ..report import OutputReport
@@ -24,6 +24,11 @@ if TYPE_CHECKING:
 
 class DxfDrawing(Output):
     """A DXF of the source's drawing."""
+
+    def __init__(self, name: str) -> None:
+        """Store the name, and the output that reads and maps drawings that are not DXF."""
+        super().__init__(name)
+        self._artwork = Artwork(name)
 
     def suit(self, job: Job, onto_mesh: bool) -> None:
         """Require a drawing as the source, a planar target, and for DXF maps of different parts of the source."""
@@ -47,7 +52,7 @@ class DxfDrawing(Output):
         if _is_dxf(run.source.path):
             dxf.check(run.source.path)
         else:
-            check(run.source, run.target, len(run.pairs) if run.job.repeated else 1)
+            self._artwork.prepare(run)
 
     def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write the drawing, and note what was cut off or left out."""
@@ -77,7 +82,7 @@ class DxfDrawing(Output):
         halved = run.job.model_copy(update={"max_line_error": tolerance / unit / 2})
         with files.scratch() as folder:
             drawing = folder / "drawing.svg"
-            Artwork(str(drawing)).write_lines(replace(run, job=halved), drawing)
+            self._artwork.write_lines(replace(run, job=halved), drawing)
             plane = dxf.Plane.of(run.target, 1 / unit)
             lines, notes = new_dxf.of_svg(drawing.read_bytes(), plane.to_down.inverse)
         new_dxf.write(lines, path, tolerance / 2)

@@ -4,6 +4,7 @@ import base64
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -979,3 +980,52 @@ def test_parts_of_outlines_are_evaluated_together(monkeypatch):
     points = SegmentMapper(parts)(np.repeat(numbers, t.size), np.tile(t, numbers.size))
     assert np.allclose(points.reshape(-1, t.size), expected.reshape(-1, t.size)[numbers], atol=1e-12)
     assert sorted(calls) == [45 * t.size, 46 * t.size]
+
+
+PATTERNED = f"""{HEAD}<defs><pattern id="p" patternUnits="userSpaceOnUse" width="9" height="7"><circle r="2"/></pattern>
+</defs><rect id="shape" x="-80" y="-60" width="160" height="120" fill="url(#p)"/></svg>"""
+
+
+@pytest.mark.parametrize("target", ["blob.svg", "square.svg"])
+@pytest.mark.parametrize("content", [f"{HEAD}{DRAWING}", PATTERNED], ids=["paths", "pattern"])
+def test_a_drawing_prepared_before_the_map_is_known_is_written_as_otherwise(
+    content, target, shapes, tmp_path, monkeypatch
+):
+    """Also if patterns are drawn as tiles, which only maps that bend them need."""
+    (tmp_path / "s.svg").write_text(content)
+    drawn, goal = shape.read(str(tmp_path / "s.svg#shape")), shape.read(str(shapes / target))
+    bent = iccm.fit(drawn.curve, goal.curve, method="conformal", vertices=60).map
+    built = []
+    build = artwork.MappedDocument.of
+    monkeypatch.setattr(
+        artwork.MappedDocument, "of", lambda *given, **named: built.append(1) or build(*given, **named)
+    )
+    prepared = artwork.PreparedDrawing(drawn, goal)
+    frame = artwork.ArtworkFrame([(drawn, bent)], goal, tmp_path / "prepared.svg")
+    built.clear()
+    notes = artwork.carry_frames([frame], prepared_drawing=prepared)
+    assert not built
+    again = artwork.carry_frames([frame._replace(path=tmp_path / "fresh.svg")], prepared_drawing=prepared)
+    assert len(built) == 1  # it was used up
+    assert notes == again
+    assert (tmp_path / "prepared.svg").read_bytes() == (tmp_path / "fresh.svg").read_bytes()
+
+
+def test_a_prepared_drawing_is_not_used_on_another_canvas(source, shapes, tmp_path):
+    """Nor for another number of copies."""
+    goal = shape.read(str(shapes / "blob.svg"))
+    wide = replace(goal, box=(goal.box[0] - 7, goal.box[1] + 3j))
+    prepared = artwork.PreparedDrawing(source, goal)
+    assert prepared.take(source, wide, 1, bends=True, alone=True) is None
+    assert prepared.take(source, goal, 2, bends=True, alone=True) is None
+    assert prepared.take(source, goal, 1, bends=True, alone=False) is None
+    assert prepared.take(source, goal, 1, bends=True, alone=True) is not None
+
+
+def test_patterns_prepared_as_tiles_are_not_used_for_affine_maps(shapes, tmp_path):
+    """An affine map keeps the pattern."""
+    (tmp_path / "s.svg").write_text(PATTERNED)
+    drawn, goal = shape.read(str(tmp_path / "s.svg#shape")), shape.read(str(shapes / "blob.svg"))
+    prepared = artwork.PreparedDrawing(drawn, goal)
+    assert prepared.take(drawn, goal, 1, bends=False, alone=True) is None
+    assert prepared.take(drawn, goal, 1, bends=True, alone=True) is not None

@@ -8,6 +8,7 @@ import pytest
 from iccm.io.meshes import obj_format
 from iccm.io.run.inputs import Inputs
 from iccm.io.run.job import Job
+from iccm.io.shapes import shape
 
 COUNT = """
 import json, sys
@@ -62,3 +63,27 @@ def test_files_named_by_an_obj_are_inputs_with_the_hash_of_the_first_reading(sha
     before = inputs.sha256("m.obj")
     (shapes / "m.obj").write_text("")  # the first reading counts
     assert inputs.shape("m.obj").is_mesh and inputs.sha256("m.obj") == before
+
+
+def test_a_drawing_is_read_once_for_each_side(shapes, monkeypatch):
+    """Options that do not affect reading do not read it again; others do."""
+    read = []
+    monkeypatch.setattr(shape, "read_drawing", _counting(shape.read_drawing, read))
+    inputs = Inputs(Job(source="blob.svg", target="blob.svg"))
+    source, target = inputs.shape("blob.svg"), inputs.shape("blob.svg", target=True)
+    assert source is not target  # else the job would be a deformation
+    kept = inputs.of_job(inputs.job.model_copy(update={"holes": "keep"}))
+    assert kept.shape("blob.svg") is source
+    assert len(read) == 2
+    single = inputs.of_job(inputs.job.model_copy(update={"parts": "largest"})).shape("blob.svg")
+    assert single.drawing is None and source.drawing is not None
+
+
+def _counting(function, calls):
+    """Return a function that also adds to a list each time it is called."""
+
+    def counted(*given, **named):
+        calls.append(given)
+        return function(*given, **named)
+
+    return counted
