@@ -656,9 +656,10 @@ class Session:
         share = self._moved_share(earlier, relaxed)
         if share < STILL_SHARE:
             return None
-        if released is None:
-            return update
-        if self._moved_share(released, relaxed) > MOST_SETTLING_SHARE:
+        # the hand has released meanwhile, and has not seen this step
+        is_unseen = released is None and self.scene is not scene and self.scene.key == scene.key
+        is_away = released is not None and self._moved_share(released, relaxed) > MOST_SETTLING_SHARE
+        if is_unseen or is_away:
             self._live, self._maps, self._is_met, self._missed = live, earlier, was_met, missed
             return None
         return update

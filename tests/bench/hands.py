@@ -11,10 +11,10 @@ shortest path inside. Then the hand rests for REST_PICTURES pictures and until t
 until the page has done everything that it does then, and releases the pin. With --load so many other processes use a
 core each.
 
-Of each pair, the table shows how many pins were `met` where the hand released them, and in per cent of the target's
-diagonal by how much 95 % of the picture's points move at most between the picture at the release and the one that
-stays (`after`, the worst drag, and how many are within MOST_AFTER). `pictures` are those a second, from the first to
-the last movement of a drag: the median and the slowest drag.
+Of each pair, the table shows how many pins were `met` where the hand released them (corners and mirror images attract
+them before), and in per cent of the target's diagonal by how much 95 % of the picture's points move at most between
+the picture at the release and the one that stays (`after`, the worst drag, and how many are within MOST_AFTER).
+`pictures` are those a second, from the first to the last movement of a drag: the median and the slowest drag.
 """
 
 import argparse
@@ -79,8 +79,11 @@ addEventListener('pointermove', (event) => {
   hand.moves.push(performance.now());
   if (globalThis.iccmDemo) hand.sent = iccmDemo.solver.next;
 }, {capture: true});
-addEventListener('pointerup', () => { hand.released = hand.floats; }, {capture: true});
-"""  # code: keeps when pictures with a new map are painted, and which map is seen at the release
+addEventListener('pointerup', () => {
+  hand.released = hand.floats;
+  hand.dropped = PINS.map((pin) => ['source', 'target'].map((side) => hand.panes[side].page(pin[side])));
+}, {capture: true});
+"""  # code: keeps when pictures with a new map are painted, and which map and pins are seen at the release
 TAKE = """
 const name = arguments[0], bytes = new Uint8Array(hand[name].slice().buffer), parts = [];
 for (let k = 0; k < bytes.length; k += 32768) parts.push(String.fromCharCode(...bytes.subarray(k, k + 32768)));
@@ -99,7 +102,7 @@ class Hand:
 
     def __init__(self, page: Any, kind: str) -> None:
         self.page, self.kind = page, kind
-        page.driver.execute_script(WATCH)
+        page.driver.execute_script(WATCH.replace("PINS", PINS[kind]))
 
     def js(self, expression: str, *arguments: Any) -> Any:
         """Return the value of an expression."""
@@ -222,10 +225,8 @@ def random_place(shape: Any, others: list[complex], rng: np.random.Generator) ->
     return None
 
 
-def random_path(
-    shape: Any, places: list[complex], number: int, rng: np.random.Generator
-) -> tuple[complex, np.ndarray]:
-    """Return a random place for a pin, and the corners of a path to it inside the shape.
+def random_path(shape: Any, places: list[complex], number: int, rng: np.random.Generator) -> np.ndarray:
+    """Return the corners of a path of a pin inside the shape to a random place.
 
     Raises:
         LookupError: there is no room.
@@ -235,7 +236,7 @@ def random_path(
         if goal is None:
             break
         with suppress(ValueError):  # beyond a passage that is too narrow
-            return goal, drags.path_inside(shape, places[number], goal, holed=True)
+            return drags.path_inside(shape, places[number], goal, holed=True)
     raise LookupError
 
 
@@ -257,11 +258,14 @@ def drag_once(hand: Hand, rng: np.random.Generator, options: argparse.Namespace)
     side = ("source", "target")[int(rng.integers(2))]
     places, shape = hand.pins(side), hand.shape(side)
     number = len(places) - 1 if len(places) > len(pins) else int(rng.integers(len(places)))
-    goal, corners = random_path(shape, places, number, rng)
+    corners = random_path(shape, places, number, rng)
     steps = round(options.seconds * MOVES_PER_SECOND)
     path = [complex(z) for z in drags.along(corners, np.arange(steps + 1) / steps)]
     hand.drag(side, path, holding=options.hold)
-    away = abs(hand.pins(side)[number] - goal) / shape.curve.diagonal
+    dropped = complex(
+        *hand.js(f"hand.dropped[{number}][{('source', 'target').index(side)}]")
+    )  # it may have snapped
+    away = abs(hand.pins(side)[number] - dropped) / shape.curve.diagonal
     is_met = away <= MET_SHARE  # pins that the picture cannot follow are put where it is
     if not is_met:
         said = hand.js("document.querySelector('[role=status]#status, #try-status')?.textContent")

@@ -678,12 +678,17 @@ def test_the_demo_is_accessible(page, html, dark):
         page.js("(iccmDemo.pinning.add(), 0)")
         page.wait(RESTS)
         page.driver.execute_script(AXE.read_text())
-        violations = page.driver.execute_async_script(
-            "const done = arguments[0]; axe.run(document).then(({violations}) => done(violations.map("
-            "({id, nodes}) => [id, nodes.map(({html}) => html)])))"
-        )
-        assert violations == []
+        for width in (1400, 1024, 768, 390):
+            metrics = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": False}
+            page.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+            page.wait(f"innerWidth === {width}")
+            violations = page.driver.execute_async_script(
+                "const done = arguments[0]; axe.run(document).then(({violations}) => done(violations.map("
+                "({id, nodes}) => [id, nodes.map(({html}) => html)])))"
+            )
+            assert violations == [], width
     finally:
+        page.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         (page.folder / "demo.html").write_text(HTML)
         page.open()
 

@@ -258,6 +258,24 @@ def test_after_the_hand_let_go_the_map_settles_by_no_more_than_can_be_seen(movin
     assert apart(released[0], edited._map) > 1e-4
 
 
+def test_a_step_that_the_hand_has_not_seen_when_it_lets_go_is_undone(moving, monkeypatch):
+    """The server was computing it at the release; what moves later is measured from what was seen."""
+    edited, last = moving
+    released, follow = edited._map, edited.follow
+
+    def let_go(followed):
+        update = follow(followed)
+        edited.scene = last.model_copy()  # as in another request
+        return update
+
+    monkeypatch.setattr("iccm.io.edit.session.STILL_SHARE", 1e-6)
+    monkeypatch.setattr(edited, "follow", let_go)
+    assert edited.relax(last) is None and edited._map is released
+    edited.scene = last
+    monkeypatch.setattr(edited, "follow", follow)
+    assert edited.relax(last) is not None and apart(released, edited._map) > 1e-6
+
+
 def test_a_map_that_would_settle_too_far_and_off_its_pins_is_kept_as_it_was(moving, monkeypatch):
     edited, last = moving
     released, follow = edited._map, edited.follow

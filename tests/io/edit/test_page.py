@@ -519,7 +519,7 @@ def test_everything_is_within_the_window_however_long_names_are(page, tmp_path):
     )
     edited.click("source", 259, 156)
     edited.js("document.getElementById('both').click()")
-    for width in (1400, 1280, 1024, 900, 390):
+    for width in (1400, 1024, 900, 768, 390):
         edited.screen(1, width, 700)
         assert edited.js("document.documentElement.scrollWidth <= innerWidth"), width
         for is_open in ("true", "false"):
@@ -862,7 +862,7 @@ def test_axe_finds_nothing_at_any_width(page, axe):
     edited.wait("document.querySelector('#source .ghost')")
     edited.driver.set_script_timeout(PATIENCE)
     edited.driver.execute_script(axe)
-    for width in (1400, 1280, 1024, 900, 390):
+    for width in (1400, 1024, 900, 768, 390):
         for scheme in ("light", "dark"):
             edited.screen(1, width, 700, scheme)
             assert edited.driver.execute_async_script(FINDINGS) == [], (width, scheme)
