@@ -79,13 +79,15 @@ def flatten(
             would vary by orders of magnitude.
 
     Raises:
-        InputError: there is no such loop, least squares have no solution, or no flattening without overlap was
-            found.
+        InputError: there is no such loop, the patch has no area, least squares have no solution, or no flattening
+            without overlap was found.
     """
     if not 1 <= loop <= len(patch.loops):
         raise InputError(
             f"{patch.mesh.name}: there is no boundary {loop}; choose 1 (the longest) to {len(patch.loops)}"
         )
+    if not patch.areas.any():
+        raise InputError(f"{patch.mesh.name}: has no area")
     if method == "lscm":
         exact = _least_squares(patch, loop, grow and len(patch.seam) > 0)
         if not np.isfinite(exact.flat).all():

@@ -106,7 +106,8 @@ class GltfEditor:
     def texture(self, content: bytes, like: int | None, uses: int = 1) -> int:
         """Return the index of a texture that shows a PNG or JPEG file, with the sampler of the texture `like`.
 
-        It replaces that texture if all slots that show it, `uses` in number, get the new file.
+        It replaces that texture if all slots that show it, `uses` in number, get the new file. Textures with the same
+        file share an image.
         """
         existing = self._textures.get((content, like))
         if existing is not None:
@@ -117,12 +118,16 @@ class GltfEditor:
         number = like if like is not None and alone else len(textures)
         previous_image = self.source.source_of(like) if like is not None and alone else None
         textures[number : number + 1] = [{k: old[k] for k in ("name", "sampler", "extras") if k in old}]
+        self._textures[content, like] = number
+        if content in self._new_images:
+            textures[number]["source"] = self._new_images[content]
+            return number
         sources = list(_named(textures, "source"))
         place = (
             previous_image if previous_image is not None and previous_image not in sources else len(images)
         )
         name = {"name": images[place]["name"]} if place < len(images) and "name" in images[place] else {}
-        self._textures[content, like] = number
+        self._new_images[content] = place
         return self._put(number, place, content, name)
 
     def new_texture(self, content: bytes, sampler: dict[str, Any] | None, name: str) -> int:

@@ -64,7 +64,12 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     if sampled:
         run.begin("sampler")
     run.solve = solve_pairs
-    solve_pairs(run)
+    if run.target.is_mesh and not run.source.is_mesh:
+        from .layout_choice import solve_or_lay_out
+
+        solve_or_lay_out(run, solve_pairs)
+    else:
+        solve_pairs(run)
     if run.source.is_mesh and run.target.is_mesh and job.parts == "all":
         from .pieces import add_landmarks
 
@@ -72,10 +77,6 @@ def _run(job: Job, threads: int | None, tell: Tell, phases: Phases, dry: bool, a
     elif run.source.is_mesh and run.target.is_mesh and job.target:
         run, writers = _matched_by_up(run, writers, threads, again)
         job = run.job
-    elif run.target.is_mesh:
-        from .layout_choice import choose_layout
-
-        choose_layout(run, solve_pairs)
     note_maps(run)
     run.note(*texture.note_on_faces(job, run.source, run.detail))
     outputs.tell_share(run)

@@ -1,10 +1,10 @@
 """The layout of a mesh inside a picture, where the picture cannot be bent to its outline evenly.
 
 The outline of a mesh that was cut open is long and has concavities, as a cross for a cube. The picture's outline
-reaches it only if the picture is stretched. So where that stretches the picture much, the charts are packed inside the
-picture at one scale instead, as `iccm flatten` lays them out. The cost of both is the 95th percentile, over the
-surface's area, of the stretch of the new texture coordinates: max(s₁, 1 / s₂) of their singular values on the
-triangles, relative to the mean scale.
+reaches it only if the picture is stretched. So where that stretches the picture much, or no such map is found, the
+charts are packed inside the picture at one scale instead, as `iccm flatten` lays them out. The cost of both is the 95th
+percentile, over the surface's area, of the stretch of the new texture coordinates: max(s₁, 1 / s₂) of their singular
+values on the triangles, relative to the mean scale.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...balanced.errors import NoMapError
 from ...errors import InputError
 from ...maps.extended_inverse import ExtendedInverse
 from ...surfaces.as_written import WrittenCoordinates
@@ -38,20 +39,30 @@ def cost_of(run: Run) -> float:
     return WrittenCoordinates.of(z, layout, run.source.curve).distortion.stretch_p95
 
 
-def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
-    """Lay the charts of the target out inside the picture where that costs less than the map that was found.
+def solve_or_lay_out(run: Run, solve: Callable[[Run], None]) -> None:
+    """Map a picture onto a mesh, or lay the charts of the mesh out inside the picture where that costs less.
 
     Nothing changes for meshes that are cut through landmarks, where holes are mapped onto holes, or with options for
     the map of an outline; and for meshes that are not cut, if the source has an outline and is not a full rectangle.
     With --place slice the charts are packed inside the picture, whatever that costs.
 
     Args:
-        run: the job, solved.
-        solve: solves such a job; raises an InputError where there is no map.
+        run: the job.
+        solve: solves such a job.
+
+    Raises:
+        InputError: there is neither a map nor a layout.
     """
+    failure = None
+    try:
+        solve(run)
+    except NoMapError as error:
+        failure = error
     if not _has_choice(run):
+        if failure:
+            raise failure
         return
-    cost = np.inf if run.job.place == "slice" else cost_of(run)
+    cost = np.inf if failure or run.job.place == "slice" else cost_of(run)
     if cost <= GOOD_STRETCH:
         return
     try:
@@ -59,8 +70,10 @@ def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
     except InputError:
         if run.job.place == "slice":
             raise
-        return
+        target = None
     if target is None:
+        if failure:
+            raise failure
         return
     trial = Run.of_pairs(
         run.job, run.inputs, [(run.source, target)], lambda note: None, run.phases, run.threads
@@ -73,11 +86,15 @@ def choose_layout(run: Run, solve: Callable[[Run], None]) -> None:
         if run.job.place == "slice":
             return
         edges = len(as_mesh(target).flattening.patch.seam)
+        reason = (
+            "the map of its outline would stretch the picture more: on 5 % of the surface, lengths would change by a "
+            f"factor of more than {cost:.3g} instead of {cost_of_layout:.3g}; --parts largest maps the outline"
+        )
+        if failure:
+            reason = "the picture cannot be mapped onto its outline without folds"
         run.note(
             f"{target.spec}: {f'cut along {edges} edges instead and ' if edges else ''}packed inside the picture at "
-            "one scale, since the map of its outline would stretch the picture more: on 5 % of the surface, lengths "
-            f"would change by a factor of more than {cost:.3g} instead of {cost_of_layout:.3g}; --parts largest maps "
-            "the outline"
+            f"one scale, since {reason}"
         )
 
 
@@ -91,8 +108,8 @@ def _has_choice(run: Run) -> bool:
     return (
         not target.packed
         and not target.is_layout
-        and len(run.fits) == 1
-        and not run.fit.source_holes
+        and len(run.pairs) == 1
+        and not any(fit.source_holes for fit in run.fits)
         and (len(target.flattening.patch.seam) > 0 or _fills_box(run.source) or job.place == "slice")
     )
 

@@ -60,6 +60,13 @@ def test_a_triangle_without_area_gets_a_place():
     assert covered(charts) == [0, 1, 2] and not any(overlap(chart.layout) for chart in charts)
 
 
+def test_a_triangle_whose_corners_are_on_one_line_gets_a_place():
+    points = np.array([[29.609, 151.478, 8.086], [29.609, 221.857, 8.086], [29.609, 220.457, 8.086]])
+    piece = patch_of("edge", points, np.array([[0, 1, 2]]))
+    (chart,) = charts_of(piece, grow=True, method="balanced", charts="one")
+    assert np.isfinite(chart.layout.flat).all()
+
+
 def test_faces_whose_corners_differ_by_rounding_are_one_surface():
     """Each face of a box has vertices of its own, computed in single precision."""
     box = trimesh.creation.box((1, 0.5, 0.25))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from iccm.io.meshes import gltf
+from iccm.io.meshes import gltf, gltf_write
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], "<f4")
 COUNT = 3
@@ -86,6 +86,25 @@ def test_a_material_is_changed_once_for_all_of_its_primitives(folder, iccm, word
     assert {p["material"] for p in tree["meshes"][0]["primitives"]} == {0}
     sets = {tuple(sorted(p["attributes"])) for p in tree["meshes"][0]["primitives"]}
     assert len(sets) == 1
+
+
+def test_a_picture_that_replaces_those_of_two_materials_is_embedded_once(folder, iccm):
+    document = gltf.read(folder / "three.glb")
+    tree = document.tree
+    for key, number in (("images", {}), ("textures", {"source": 1}), ("materials", {})):
+        tree[key].append({**tree[key][0], **number})
+    tree["materials"][1] = {"name": "hair", "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}
+    tree["meshes"][0]["primitives"][2]["material"] = 1
+    (folder / "two.glb").write_bytes(gltf_write.glb(tree, document.views))
+    (folder / "square.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><path d="M0 0H9V9H0Z"/></svg>'
+    )
+    Image.fromarray(np.eye(8, dtype=np.uint8) * 200).save("rows.png")
+    result = iccm("map", "square.svg", "two.glb", "--texture", "rows.png", "-o", "o.glb")
+    assert result.code == 0, result.err
+    changed = tree_of(folder, "o.glb")
+    assert len(changed["images"]) == 1 and len(changed["materials"]) == 2
+    assert [texture["source"] for texture in changed["textures"]] == [0, 0]
 
 
 def test_primitives_that_do_not_change_keep_the_material(folder, iccm):

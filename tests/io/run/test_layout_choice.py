@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from iccm.balanced.errors import NoMapError
 from iccm.io.meshes import mesh_files
+from iccm.io.run import execute
 from iccm.io.shapes import shape
 
 SHAPE = (
@@ -45,6 +47,25 @@ def mapped(iccm, *words):
     result = iccm("map", "shape.svg", "can.obj", "-o", "o.glb", "--report", "r.json", "--force", *words)
     assert result.code < 2, result.err
     return json.loads(open("r.json").read()), result.err
+
+
+@pytest.mark.parametrize("words", [(), ("--parts", "largest")])
+def test_charts_are_packed_where_no_map_of_the_outline_is_found(folder, iccm, monkeypatch, words):
+    solve, failed = execute.solve_pairs, []
+
+    def solve_all_but_the_first(run):
+        if not failed:
+            failed.append(run)
+            raise NoMapError("no map without folds was found")
+        solve(run)
+
+    monkeypatch.setattr(execute, "solve_pairs", solve_all_but_the_first)
+    if words:
+        assert iccm("map", "shape.svg", "can.obj", "-o", "o.glb", *words).code == 2
+        assert not (folder / "o.glb").exists()
+    else:
+        report, _ = mapped(iccm)
+        assert report["stretch"]["p95"] < 1.05 and report["mapped"] == 1
 
 
 @pytest.mark.slow
