@@ -53,6 +53,9 @@ def transfer(session: Session, side: str, points: Sequence[Place]) -> list[list[
     if not pair.deforming:
         outline, image = _outlines(session, from_source=from_source)
         on_outline = outline.distances(z) < ON_OUTLINE_SHARE * shape.curve.diagonal
+        on_outline &= (
+            len(maps) == 1
+        )  # else each part has its own outline, which need not be that of the shape
         w[on_outline] = image.nearest(w[on_outline])
         is_hidden = ~destination.curve.contains(w) & (
             destination.curve.distances(w) > ON_OUTLINE_SHARE * destination.curve.diagonal

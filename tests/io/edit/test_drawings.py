@@ -240,6 +240,14 @@ def test_parts_that_are_mapped_one_by_one_each_take_points(drawings):
     assert np.allclose(
         placing.transfer(edited, "target", destination), [(22, 24), (80, 20), (50, 82)], atol=1e-3
     )
+    # the outline that they are displayed with is not theirs
+    source, target = edited.pair.source, edited.pair.target
+    middle = source.curve.z.mean()
+    rim = source.curve.z + 1e-3 * (middle - source.curve.z)
+    rim = rim[source.curve.contains(rim) & np.isfinite(images(edited.maps, rim))]
+    assert rim.size
+    carried = placing.transfer(edited, "source", source.to_file(rim).tolist())
+    assert np.allclose(carried, target.to_file(images(edited.maps, rim)), atol=1e-3)
 
 
 def exported(edited, of_scene, name):
