@@ -214,7 +214,7 @@ def _places(
 
     `outside` is the share of each pixel that lies outside, padded by one pixel on each side of the canvas.
     """
-    from scipy import ndimage, signal  # slow to import, and few maps place anything
+    from scipy import ndimage  # slow to import, and few maps place anything
 
     step = canvas.step[0]
     copy = transform_region(search.inner, Similarity(factor, 0.0))
@@ -225,7 +225,9 @@ def _places(
     corner = complex(left, high)  # upper left of the copy's own raster
     raster = Canvas(width, height, (corner - 1j * height * step, corner + width * step))
     painted = painted_share(rings_of(copy), raster)
-    beyond = signal.fftconvolve(outside, painted[::-1, ::-1], mode="valid")
+    # the convolution is cyclic, but not wrapped where the copy's raster lies inside the other one
+    spectrum = np.fft.rfft2(outside) * np.fft.rfft2(painted[::-1, ::-1], outside.shape)
+    beyond = np.fft.irfft2(spectrum, outside.shape)[painted.shape[0] - 1 :, painted.shape[1] - 1 :]
     allowed = EDGE_TOLERANCE_SHARE * shapely.length(copy) / step
     labels, count = ndimage.label(beyond <= allowed)
     if not count:

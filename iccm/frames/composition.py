@@ -13,6 +13,7 @@ that is seen (`drawings.cost`):
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -36,12 +37,13 @@ from ..drawings.detail import (
 )
 from ..drawings.drawing import Drawing
 from ..drawings.frame import Frame
+from ..drawings.placing import largest_copy
 from ..drawings.region import PaintedRegion
 from ..maps.triangulated.map import TriangulatedMap
 from ..options import Options
 from ..polygons import rings_of
 from .choice import Choice
-from .silhouettes import silhouettes
+from .silhouettes import rooms, silhouettes
 
 BOX_MARGIN_SHARE = 0.05
 """Margin around a drawing's box, relative to its longer side, that is mapped with it."""
@@ -69,6 +71,11 @@ SAME_OUTLINE_SHARE = 0.01
 PLACED_COST = 2.2
 """A placement of a subject with paper around it is accepted without comparing other frames if it costs at most this: on
 nine pairs of icons of which both were measured, each map that bends the subject cost at least twice as much."""
+
+LEAST_SIZE_IN_ROOM_RATIO = 0.75
+"""A subject is made smaller by up to a quarter if it then lies in a hole of the target as a whole."""
+ROOM_MARGIN_SHARE = 0.04
+"""Between a subject and the rim of such a room, relative to the room's size (square root of the area)."""
 
 
 @dataclass(frozen=True)
@@ -202,8 +209,8 @@ class _PlacementSearch:
         covered = hull if painted.contains(hull) else shapely.intersection(hull, painted)
         return 1 - float(covered.area / painted.area)
 
-    def best(self) -> tuple[UprightPlacement, Cost]:
-        """Return the cheapest placement with its cost."""
+    def best(self) -> UprightPlacement:
+        """Return the cheapest placement."""
         bound = np.log(MOST_STRETCH_RATIO)
 
         def total(values: Sequence[float]) -> float:
@@ -227,8 +234,7 @@ class _PlacementSearch:
             simpler[index] = plain
             if total(simpler) <= most:
                 values = simpler
-        placement = self.placement(values)
-        return placement, self.cost(placement)
+        return self.placement(values)
 
     def _starts(self) -> Iterator[tuple[float, float, float, float]]:
         """Yield placements of several sizes in the middle of the target, at its centroid and in its widest place."""
@@ -323,6 +329,28 @@ def is_copy(source: Drawing, target: Drawing) -> bool:
     return bool(shapely.symmetric_difference(copy, target.painted).area < COPY_SHARE * target.painted.area)
 
 
+class _Placed(NamedTuple):
+    """A placement of the picture.
+
+    Attributes:
+        drawing: what is shown of the target, see `silhouettes`.
+        filling_cost: what filling it costs.
+        search: the search for places in it.
+        placement: the place.
+    """
+
+    drawing: Drawing
+    filling_cost: float
+    search: _PlacementSearch
+    placement: UprightPlacement
+
+    @property
+    def cost(self) -> Cost:
+        """The cost of what is seen of the picture, and of filling the target."""
+        cost = self.search.cost(self.placement)
+        return cost._replace(bare=min(1.0, cost.bare + self.filling_cost))
+
+
 class Composer:
     """Compares ways to compose a picture.
 
@@ -384,25 +412,53 @@ class Composer:
 
     def placed(self) -> Choice | None:
         """Return the choice that places the picture upright in the target, or in its silhouette if that costs less."""
-        best: Choice | None = None
         if self.detail.is_empty:
             return None
+        best: _Placed | None = None
         for drawing, filling_cost, search in self._searches():
-            placement, cost = search.best()
-            cost = cost._replace(bare=min(1.0, cost.bare + filling_cost))
-            if best is not None and best.composed is not None and best.composed.total <= cost.total:
-                continue
-            frame = Frame(Curve(placement.pull_back(drawing.tightest.outline.z)), np.inf)
-            best = Choice(
-                (frame, drawing.tightest),
-                cost=cost._replace(hidden=min(1.0, cost.hidden), bare=0.0),
-                stretch=placement.stretch,
-                composed=cost,
-                shown=None if drawing is self.target else drawing,
-            )
-            if self.detail.keeps_form or cost.total <= GOOD_PLACEMENT_COST:
+            placed = _Placed(drawing, filling_cost, search, search.best())
+            if best is None or placed.cost.total < best.cost.total:
+                best = placed
+            if self.detail.keeps_form or placed.cost.total <= GOOD_PLACEMENT_COST:
                 break
-        return best
+        if best is None:
+            return None
+        if self.detail.has_paper:
+            best = self._in_a_room(best)
+        drawing, placement, cost = best.drawing, best.placement, best.cost
+        frame = Frame(Curve(placement.pull_back(drawing.tightest.outline.z)), np.inf)
+        return Choice(
+            (frame, drawing.tightest),
+            cost=cost._replace(hidden=min(1.0, cost.hidden), bare=0.0),
+            stretch=placement.stretch,
+            composed=cost,
+            shown=None if drawing is self.target else drawing,
+        )
+
+    def _in_a_room(self, placed: _Placed) -> _Placed:
+        """Return a placement in a room of the target if the subject is nearly as large there, or else the given one.
+
+        A subject that crosses the rim of a frame looks as if it had slipped.
+        """
+        subject = shapely.convex_hull(self.source.painted)
+        size = placed.placement.scale[0]
+        copy = polygon_of(placed.placement(complex_of(shapely.get_coordinates(subject)[:-1])))
+        for room in rooms(self.target, within=placed.drawing):
+            inner = shapely.buffer(room, -ROOM_MARGIN_SHARE * float(np.sqrt(room.area)))
+            if shapely.contains(inner, copy):
+                return placed
+            if inner.area < LEAST_SIZE_IN_ROOM_RATIO**2 * copy.area:
+                continue
+            copied = largest_copy(subject, inner)
+            if copied is None or abs(copied.factor) < LEAST_SIZE_IN_ROOM_RATIO * size:
+                continue
+            centre = placed.placement.centre
+            image = complex(copied(np.array([centre]))[0])
+            size = min(abs(copied.factor), size)
+            in_room = placed._replace(placement=UprightPlacement(centre, image, (size, size)))
+            if in_room.cost.total <= PLACED_COST:
+                return in_room
+        return placed
 
     def box(self) -> Choice | None:
         """Return the choice that maps the picture's box, with a margin, onto the target's tightest frame."""

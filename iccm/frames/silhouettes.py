@@ -17,6 +17,7 @@ import shapely.affinity
 
 from ..arrays import Box
 from ..drawings.drawing import Drawing
+from ..polygons import polygons_of
 
 ENCLOSED_WEIGHT = 0.1
 """Of filled holes in the share of the target that counts as bare: its outline stays."""
@@ -82,6 +83,33 @@ def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) ->
         closed, enclosed = region.area - filled.region.area, filled.region.area - target.region.area
         cost = CLOSING_COST + (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
         yield Silhouette(Drawing(region), cost)
+
+
+def rooms(target: Drawing, *, within: Drawing) -> list[shapely.Polygon]:
+    """Return the holes of a target that lie within what is shown of it, the largest first.
+
+    Parts of the target that lie in a hole count as filled.
+
+    Parameters
+    ----------
+    target
+        The target.
+    within
+        What is shown of it, see `silhouettes`.
+
+    Examples
+    --------
+    >>> frame = Drawing(shapely.box(0, 0, 6, 5) - shapely.box(1, 1, 5, 4))
+    >>> [[room.area for room in rooms(frame, within=shown)] for shown in (frame.filled(), frame)]
+    [[12.0], []]
+    """
+    holes = [shapely.Polygon(ring) for part in polygons_of(target.painted) for ring in part.interiors]
+    shown = [
+        hole
+        for hole in holes
+        if shapely.difference(hole, within.painted).area <= LEAST_ADDED_SHARE * hole.area
+    ]
+    return sorted(shown, key=lambda hole: -hole.area)
 
 
 def _are_lines_around_gap(target: Drawing, filled: Drawing, frame: shapely.Polygon) -> bool:

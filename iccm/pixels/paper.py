@@ -14,7 +14,7 @@ import shapely
 
 from ..arrays import Complex, Real, xy_of
 from ..plane import bounding_box, polygon_area
-from ..polygons import fill_holes, polygons_of, rings_of, unite
+from ..polygons import Polygons, fill_holes, polygons_of, rings_of, unite
 from .canvas import Canvas
 from .colour import Float, decode, encode
 from .coverage import painted_share
@@ -58,6 +58,13 @@ UNSEEN_ON_TONE_SHARE = 0.1
 """Of a drawing's silhouette: a tone on which more of it is not well seen is avoided."""
 HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
+LEAST_ROOM_SHARE = 1 / 10
+"""Of what a part of the target encloses: the circle that has place in a hole; in a smaller or narrower one, such as an
+eye or a letter, a drawing has none."""
+LEAST_SHARE_IN_ROOM = 3 / 4
+"""Of a drawing: a hole with at least so much of it inside is no mark."""
+SAME_SIZE_RATIO = 1.25
+"""Of the larger to the smaller width and height of two holes that are marks of a kind."""
 HAIRLINE_SHARE = 1e-3
 """Of the diagonal of a target: a line of this width along an outline is hardly seen."""
 CLEAR_TEXELS = 8
@@ -190,23 +197,46 @@ def cleared(area: shapely.Geometry, outlines: Sequence[Complex]) -> list[Complex
 def _without_marks(area: shapely.Geometry, drawing: shapely.Geometry) -> shapely.Geometry:
     """Return an area without the parts within it, and without the holes, that the convex hull of a drawing meets.
 
-    A hole with most of the drawing in it stays: it is the room in which the drawing is seen.
+    What belongs together goes together, as the dots of a die or two headlights: parts within the same outline, and
+    holes of the same size. A large hole, and one with most of the drawing in it, is a room in which the drawing is
+    seen, and stays.
     """
     hull = shapely.convex_hull(drawing)
     parts = polygons_of(area)
     outer = shapely.polygons(shapely.get_exterior_ring(parts))
     inner_part, outer_part = shapely.STRtree(outer).query(parts, predicate="within")
-    is_inner = np.isin(np.arange(len(parts)), inner_part[inner_part != outer_part])
+    is_another = inner_part != outer_part
+    inner_part, outer_part = inner_part[is_another], outer_part[is_another]
+    marked = outer_part[
+        shapely.intersects(hull, parts[inner_part])
+    ]  # outlines around parts that the hull meets
     kept = []
-    for part in parts[~(is_inner & shapely.intersects(hull, parts))]:
-        holes = [shapely.Polygon(ring) for ring in part.interiors]
-        rooms = [
-            hole.exterior
-            for hole in holes
-            if not hole.intersects(hull) or hole.intersection(drawing).area > drawing.area / 2
-        ]
-        kept.append(shapely.Polygon(part.exterior, rooms))
+    for part in np.delete(parts, inner_part[np.isin(outer_part, marked)]):
+        holes = np.array([shapely.Polygon(ring) for ring in part.interiors], dtype=object)
+        enclosed = shapely.area(shapely.Polygon(part.exterior))
+        is_met = shapely.intersects(hull, holes)
+        is_mark = is_met.copy()
+        for number in np.flatnonzero(is_met):
+            is_mark[number] = not _is_room(shapely.difference(holes[number], area), drawing, enclosed)
+        ratios = _sizes(holes)[:, None] / _sizes(holes[is_mark])
+        is_alike = np.any(np.all(np.maximum(ratios, 1 / ratios) <= SAME_SIZE_RATIO, axis=2), axis=1)
+        is_left_out = is_mark | (is_alike & ~is_met)
+        kept.append(shapely.Polygon(part.exterior, [hole.exterior for hole in holes[~is_left_out]]))
     return unite(kept)
+
+
+def _is_room(gap: shapely.Geometry, drawing: shapely.Geometry, enclosed: float) -> bool:
+    """Return whether a gap within a part that encloses an area is no mark, but one in which a drawing is seen."""
+    if shapely.intersection(gap, drawing).area >= LEAST_SHARE_IN_ROOM * drawing.area:
+        return True
+    least = LEAST_ROOM_SHARE * enclosed
+    return gap.area >= least and not shapely.is_empty(shapely.buffer(gap, -np.sqrt(least / np.pi)))
+
+
+def _sizes(polygons: Polygons) -> Real:
+    """Return widths and heights (n, 2) of polygons."""
+    bounds = shapely.bounds(polygons).reshape(-1, 4)
+    return bounds[:, 2:] - bounds[:, :2]
 
 
 def _share_of(painted: Sequence[Complex], texture: Texture) -> Float:

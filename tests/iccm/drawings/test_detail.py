@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 
 from iccm.drawings.cost import Cost
 from iccm.drawings.detail import Detail, TargetView, cost_of_detail, hidden_cost, paper_cost
@@ -210,9 +211,11 @@ def test_a_subject_is_placed_whole_and_upright_in_the_middle_of_a_wide_target():
 def test_a_subject_keeps_away_from_the_rim_and_near_the_middle_of_a_target_with_a_bite():
     source, detail = Drawing(STEP), detail_of_step()
     bitten = shapely.Point(0, 0).buffer(100).difference(shapely.Point(80, 80).buffer(50))
-    placement, cost = _PlacementSearch(
+    search = _PlacementSearch(
         subject_of(source, detail), detail, TargetView.of(bitten), outline_points(bitten)
-    ).best()
+    )
+    placement = search.best()
+    cost = search.cost(placement)
     assert abs(placement.image - complex(bitten.centroid.x, bitten.centroid.y)) < 20
     assert cost.hidden < 0.1 and placement.stretch == 1
     subject = shapely.Polygon([(w.real, w.imag) for w in placement(Drawing(STEP).rings[0])])
@@ -229,6 +232,27 @@ def test_a_subject_in_a_part_of_the_target_costs_less_than_one_across_its_outlin
         search.cost(search.placement((x, 5.0, size))).bare for x in (10.0, 20.0)
     )  # both are 5 off the middle
     assert across > inside + 0.002
+
+
+def placed_step(target):
+    """The step as it is placed in a target."""
+    choice = Composer(Drawing(STEP), Drawing(target), detail_of_step(), Options()).placed()
+    before, after = (frame.outline.box for frame in choice.frames)
+    scale = (after[1] - after[0]).real / (before[1] - before[0]).real
+    shift = after[0] - scale * before[0]
+    return shapely.affinity.affine_transform(STEP, [scale, 0, 0, scale, shift.real, shift.imag])
+
+
+def test_a_subject_is_made_a_little_smaller_to_lie_within_a_frame_but_not_much_smaller():
+    plate = shapely.box(0, 0, 300, 130)
+    alone = placed_step(plate)
+    for bars, is_inside in ((12, True), (52, False)):
+        room = shapely.box(bars, bars, 300 - bars, 130 - bars)
+        placed = placed_step(plate - room)
+        assert room.contains(placed) == is_inside
+        ratio = np.sqrt(placed.area / alone.area)
+        assert ratio > (0.74 if is_inside else 0.9)
+        assert placed.envelope.centroid.distance(plate.centroid) < 10
 
 
 def test_points_of_an_outline_are_even_also_on_holes():

@@ -5,6 +5,7 @@ import functools
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 
 from iccm.arrays import xy_of
 from iccm.pixels.paper import INK_SHARE, cleared, on_paper, without_holes
@@ -154,17 +155,35 @@ def test_the_part_of_an_area_below_a_drawing_is_cleared_but_it_encloses_as_much(
     assert enclosed == pytest.approx([30 * 20])
 
 
-def test_marks_inside_a_target_are_left_out_where_a_drawing_lies_on_them_and_others_stay():
-    drawing = np.array([8 + 6j, 14 + 6j, 14 + 12j, 8 + 12j])
+SQUARE = np.array([8 + 6j, 14 + 6j, 14 + 12j, 8 + 12j])
+
+
+def test_parts_within_a_target_are_left_out_together_where_a_drawing_lies_on_one_of_them():
     frame = shapely.box(0, 0, 40, 20) - shapely.box(2, 2, 38, 18)
-    below, beside = shapely.box(10, 5, 16, 9), shapely.box(20, 5, 24, 9)
-    left = area_of(cleared(frame | below | beside, [drawing]))
-    assert left.symmetric_difference(frame | beside).area < 0.01
+    another = shapely.affinity.translate(frame, 50, 0)
+    below, beside, elsewhere = shapely.box(10, 5, 16, 9), shapely.box(20, 5, 24, 9), shapely.box(70, 5, 74, 9)
+    left = area_of(cleared(frame | below | beside | another | elsewhere, [SQUARE]))
+    assert left.symmetric_difference(frame | another | elsewhere).area < 0.01
+
+
+def test_holes_are_filled_below_a_drawing_with_others_of_their_size_but_large_ones_stay():
     plate = shapely.box(0, 0, 40, 20)
-    left = area_of(cleared(plate - below - beside, [drawing]))
-    hairline = 1e-3 * np.hypot(40, 20)  # the hole below is filled
-    assert left.area == pytest.approx(40 * 20 - (6 - 2 * hairline) ** 2 - 4 * 4, abs=0.01)
-    assert left.contains(shapely.Point(15.5, 7)) and not left.contains(shapely.Point(22, 7))
+    below, alike, other = shapely.box(10, 5, 16, 9), shapely.box(20, 5, 26, 9.5), shapely.box(30, 5, 34, 11)
+    left = area_of(cleared(plate - below - alike - other, [SQUARE]))
+    hairline = 1e-3 * np.hypot(40, 20)
+    assert left.area == pytest.approx(40 * 20 - (6 - 2 * hairline) ** 2 - other.area, abs=0.01)
+    assert left.contains(shapely.Point(15.5, 7)) and not left.contains(shapely.Point(32, 7))
+    window = shapely.box(10, 5, 30, 18)  # a third of the plate, with two thirds of the drawing
+    assert area_of(cleared(plate - window, [SQUARE])).area == pytest.approx(
+        40 * 20 - window.area - 2 * 6, abs=0.5
+    )
+
+
+def test_a_hole_with_most_of_a_drawing_inside_stays():
+    plate = shapely.box(0, 0, 40, 20)
+    for right, is_kept in ((13, True), (12, False)):  # 5/6 and 2/3 of the drawing
+        left = area_of(cleared(plate - shapely.box(6, 5, right, 13), [SQUARE]))
+        assert left.contains(shapely.Point(7, 9)) != is_kept
 
 
 def test_marks_in_the_middle_of_a_ring_that_is_placed_around_them_are_left_out():
