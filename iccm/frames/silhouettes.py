@@ -17,7 +17,7 @@ import shapely.affinity
 
 from ..arrays import Box
 from ..drawings.drawing import Drawing
-from ..polygons import polygons_of
+from ..polygons import polygons_of, unite
 
 ENCLOSED_WEIGHT = 0.1
 """Of filled holes in the share of the target that counts as bare: its outline stays."""
@@ -110,6 +110,37 @@ def rooms(target: Drawing, *, within: Drawing) -> list[shapely.Polygon]:
         if shapely.difference(hole, within.painted).area <= LEAST_ADDED_SHARE * hole.area
     ]
     return sorted(shown, key=lambda hole: -hole.area)
+
+
+def clear_part(target: Drawing, shown: Drawing) -> shapely.Geometry:
+    """Return the part of what is shown of a target in which a picture without margin is not faded.
+
+    It is what the target paints, which people see as its shape. But where its holes are filled and larger than the
+    lines around them, as those of a ring, the holes are clear and the lines are faded, since a picture shows more
+    there; parts within the holes, such as a question mark in the ring, are left out.
+
+    Parameters
+    ----------
+    target
+        The target.
+    shown
+        What is shown of it, see `silhouettes`.
+
+    Examples
+    --------
+    >>> ring, dot = shapely.box(0, 0, 7, 6) - shapely.box(1, 1, 6, 5.5), shapely.box(2, 2, 3, 3)
+    >>> target = Drawing(ring | dot)
+    >>> clear_part(target, target.filled()).area, clear_part(target, Drawing(shapely.box(0, 0, 8, 6))).area
+    (22.5, 20.5)
+    """
+    closed = shapely.difference(shown.painted, target.filled().painted).area
+    parts = polygons_of(target.painted)
+    enclosing = shapely.polygons(shapely.get_exterior_ring(parts))
+    inner, outer = shapely.STRtree(enclosing).query(parts, predicate="within")
+    holes = shapely.difference(shown.painted, unite(np.delete(parts, inner[inner != outer])))
+    if closed > LEAST_ADDED_SHARE * shown.painted.area or holes.area <= shown.painted.area / 2:
+        return target.painted
+    return holes
 
 
 def _are_lines_around_gap(target: Drawing, filled: Drawing, frame: shapely.Polygon) -> bool:

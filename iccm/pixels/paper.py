@@ -14,7 +14,7 @@ import shapely
 
 from ..arrays import Complex, Real, xy_of
 from ..plane import bounding_box, polygon_area
-from ..polygons import Polygons, fill_holes, polygons_of, rings_of, unite
+from ..polygons import Polygons, polygons_of, rings_of, unite
 from .canvas import Canvas
 from .colour import Float, decode, encode
 from .coverage import painted_share
@@ -169,16 +169,18 @@ def without_holes(rings: Sequence[Complex]) -> list[Complex]:
     return rings_of(unite(shapely.Polygon(xy_of(ring)) for ring in rings if polygon_area(ring) > 0))
 
 
-def cleared(area: shapely.Geometry, outlines: Sequence[Complex]) -> list[Complex]:
-    """Return the boundaries of a target's area without the part below a drawing; it encloses as much as before.
+def cleared(area: shapely.Geometry, outlines: Sequence[Complex], shown: shapely.Geometry) -> list[Complex]:
+    """Return the boundaries of a target's area without the part below a drawing; they enclose the drawing as well.
 
     Then paper is seen in the drawing's holes, such as windows and the inside of letters, and through its transparent
-    parts, and no parts of the target, which would be taken for parts of the drawing. Marks inside the target, such as
-    the hands of a clock, are left out completely if the drawing lies on or around them: their remains would disturb.
+    parts, also where these lie across gaps of the target; and no parts of the target, which would be taken for parts of
+    the drawing. Marks inside the target, such as the hands of a clock, are left out completely if the drawing lies on
+    or around them: their remains would disturb.
 
     Args:
         area: What the target paints.
         outlines: Outer boundaries of the drawing's parts, in the target's plane.
+        shown: The region in which the drawing is shown.
 
     Returns:
         Closed outlines: those of parts counter-clockwise, those of holes clockwise.
@@ -186,12 +188,11 @@ def cleared(area: shapely.Geometry, outlines: Sequence[Complex]) -> list[Complex
     low, high = bounding_box(np.concatenate(rings_of(area)))
     hairline = HAIRLINE_SHARE * abs(high - low)
     polygons = [shapely.make_valid(shapely.Polygon(xy_of(outline))) for outline in outlines]
-    area = _without_marks(area, unite(polygons))
-    # the outer boundaries stay, between which paper lies
-    inside = shapely.buffer(fill_holes(area), -hairline)
-    # less than the drawing, so that no paper is seen around it
-    below = unite(shapely.buffer(polygons, -hairline))
-    return rings_of(shapely.difference(area, shapely.intersection(below, inside)))
+    drawing = shapely.intersection(unite(polygons), shown)
+    area = _without_marks(area, drawing)
+    # a hairline below the drawing's edge encloses it, and hides that no tone is there
+    edge, inside = (shapely.buffer(drawing, -times * hairline) for times in (1, 2))
+    return rings_of(shapely.difference(shapely.union(area, edge), inside))
 
 
 def _without_marks(area: shapely.Geometry, drawing: shapely.Geometry) -> shapely.Geometry:

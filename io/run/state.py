@@ -17,6 +17,7 @@ from ...memory import Memory
 from ...parallel import in_background, thread_count
 from ...pixels.texture import Wrapped
 from ...plane import bounding_box
+from ...polygons import rings_of
 from .. import files
 from ..memory import within
 from ..shapes.holes import as_drawn
@@ -286,7 +287,8 @@ class Run:
         if self.image.alpha < 0 or self.faded:
             return []
         area = self._painted_in_silhouette(self.target.ink or self.target.drawing)
-        if area is None:
+        drawings = self.fit.details.drawings
+        if area is None or drawings is None:
             return []
         if self.source.drawing is None:
             return area.rings
@@ -294,17 +296,22 @@ class Run:
         from ...pixels.paper import cleared
 
         outlines = [complex_of(part.exterior.coords[:-1]) for part in self.source.drawing.parts]
-        return cleared(area.painted, move_rings(self.fit.map, outlines))
+        return cleared(area.painted, move_rings(self.fit.map, outlines), drawings[1].painted)
 
     @cached_property
     def faded(self) -> list[Complex]:
-        """The boundaries of what the target paints, if a picture without margin is shown on more than that. It is
-        faded outside this area. Empty otherwise.
+        """The boundaries of the area outside of which a picture without margin is faded, if it is shown on more than
+        the target paints; see `frames.silhouettes.clear_part`. Empty otherwise.
         """
         if self.detail is None or not self.detail.is_full:
             return []
         area = self._painted_in_silhouette(self.target.drawing)
-        return [] if area is None else area.rings
+        drawings = self.fit.details.drawings
+        if area is None or drawings is None:
+            return []
+        from ...frames.silhouettes import clear_part
+
+        return rings_of(clear_part(area, drawings[1]))
 
     def _painted_in_silhouette(self, painted: Drawing | None) -> Drawing | None:
         """Return what the target paints, if the picture is shown on more; else None."""
