@@ -136,7 +136,7 @@ def _table(*commands: str) -> Callable[[type], type]:
             option = getattr(cls, name)
             if option.solver:
                 option = _of_solver(name, hint, option)
-            row = replace(option, commands=option.commands or commands)
+            row = option if option.commands or not commands else replace(option, commands=commands)
             cls.__annotations__[name] = Annotated[hint, row]
             setattr(cls, name, row.default)
         TABLE.append(cls)

@@ -34,13 +34,20 @@ def test_only_the_median_counts(capsys):
     ratios = {"solve": [1.0, 9.0, 1.1, 1.0, 9.0], "warp": [1.3, 1.0, 1.3, 1.3, 1.0], "map": [1.0] * 5}
     assert guard.report(ratios, 1.2) == ["warp"]
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("solve    1.100 (") and "above" not in lines[0] and "above 1.2" in lines[1]
+    assert lines[0].startswith("solve      1.100 (") and "above" not in lines[0] and "above 1.2" in lines[1]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["solve", "map", "warp", "flatten"])
-def test_there_is_a_task_for_each_part(name):
-    assert name in guarded.tasks()
+def test_there_is_a_task_for_each_part(tmp_path):
+    functions = guarded.tasks(tmp_path)
+    assert {"solve", "pins", "map", "warp", "flatten", "read", "start", "command", "artwork"} <= set(
+        functions
+    )
+    assert len(functions) >= 12
+    for name in ("artwork", "letters"):
+        (tmp_path / "out.svg").unlink(missing_ok=True)
+        functions[name]()
+        assert (tmp_path / "out.svg").stat().st_size
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Compare the speed of solve, map, warp and flatten with another version, such as the last release.
+"""Compare the speed of tasks with another version, such as the last release.
 
 python -m tests.bench.guard WHEEL|COMMIT [--rounds 11] [--limit 1.2]
 
@@ -108,7 +108,7 @@ def report(ratios: dict[str, list[float]], limit: float) -> list[str]:
         low, median, high = statistics.quantiles(task_ratios, n=4)
         too_slow = median > limit
         slower += [task] if too_slow else []
-        print(f"{task:8} {median:.3f} ({low:.3f} to {high:.3f}){f', above {limit:g}' if too_slow else ''}")
+        print(f"{task:10} {median:.3f} ({low:.3f} to {high:.3f}){f', above {limit:g}' if too_slow else ''}")
     return slower
 
 
@@ -133,7 +133,7 @@ def main() -> int:
             missing = [task for task in new.tasks if task not in old.tasks]
             slower = report(compare(new, old, options.rounds), options.limit)
             for task in missing:
-                print(f"{task:8} cannot be compared: not in {options.version}")
+                print(f"{task:10} cannot be compared: not in {options.version}")
         finally:
             for version in versions:
                 version.end()
