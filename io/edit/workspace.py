@@ -27,7 +27,7 @@ from .saving import local
 from .session import Session
 
 SAMPLES = {
-    "A face, by pins": ("pins", "cat.svg", "round.svg", "face.png"),
+    "A face, by pins": ("pins", "round.svg", "cat.svg", "face.png"),
     "Limbs": ("limbs", "gingerbread.svg", "starfish.svg", "icing.png"),
     "A feather, by strokes": ("strokes", "straight.svg", "bent.svg", "barbs.jpg"),
 }

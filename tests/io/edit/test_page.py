@@ -972,7 +972,7 @@ def test_files_are_chosen_on_the_page_and_parts_by_their_pictures(page, tmp_path
     edited.js("document.getElementById('choose').click()")
     edited.wait("document.querySelector('#samples button')")
     edited.js("document.querySelector('#samples button').click()")
-    edited.wait("globalThis.iccm?.panes.target.shape.name.endsWith('round.svg')")
+    edited.wait("globalThis.iccm?.panes.target.shape.name.endsWith('cat.svg')")
     assert edited.settled() == "full"
 
 

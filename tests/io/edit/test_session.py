@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from iccm.io.edit.map_update import LOST
 from iccm.io.edit.messages import Scene, read
 from iccm.io.edit.scene import PageHalf
 from iccm.io.edit.session import Session
+from iccm.io.edit.workspace import SAMPLES, samples_of
 from iccm.io.pictures import image_files
 from iccm.io.run.job import make
 from iccm.io.shapes import shape
@@ -478,3 +480,10 @@ def test_a_pin_on_the_outline_turns_nothing(shapes):
     update = edited.solve(scene({"source": corner, "target": corner, "turn": 10}))
     assert update.kind == "error" and update.wrong["pins"] == [0]
     assert update.message.startswith("pin 1:") and "outline" in update.message
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_a_sample_opens_the_sides_that_its_texture_was_drawn_for(name):
+    files = samples_of(name)
+    words = shlex.split((Path(files[0]).parent / "command.txt").read_text())
+    assert [Path(file).name for file in files] == [*words[2:4], words[words.index("--texture") + 1]]
