@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 import shapely.affinity
 
-from ..arrays import Box
+from ..arrays import Box, Real
 from ..drawings.drawing import Drawing
 from ..polygons import polygons_of, unite
 
@@ -28,6 +28,8 @@ CLOSING_COST = 0.07
 like a mistake: a cost of 0.14."""
 LEAST_WIDTH_RATIO = 0.5
 """Of width to length of the hull of a target with gaps: a thinner one is widened, or a subject would be tiny."""
+BAR_WIDTH_RATIO = 1 / 8
+"""Of width to length of a solid target: a thinner one is widened as well, since people see it as a line."""
 WITH_HOLES_AREA_SHARE = 3 / 4
 """Of the area with holes filled: in a target that paints less, holes would hide what a picture without margin shows, so
 that it is also shown there, faded. Holes of most letters and of faces are smaller."""
@@ -78,7 +80,7 @@ def silhouettes(target: Drawing, *, is_full: bool, canvas: Box | None = None) ->
     elif hull.area * (1 - LEAST_ADDED_SHARE) > filled.region.area:
         closings = [hull, _widened(hull, canvas)]
     else:
-        closings = []
+        closings = [_widened(hull, canvas)] if _width_ratio(hull) <= BAR_WIDTH_RATIO else []
     for region in dict.fromkeys(closings):
         closed, enclosed = region.area - filled.region.area, filled.region.area - target.region.area
         cost = CLOSING_COST + (CLOSED_WEIGHT * closed + ENCLOSED_WEIGHT * enclosed) / region.area
@@ -154,16 +156,26 @@ def _are_lines_around_gap(target: Drawing, filled: Drawing, frame: shapely.Polyg
     return 2 * shapely.length(circle) >= LINES_GAP_WIDTH_SHARE * size
 
 
+def _sides(region: shapely.Polygon) -> tuple[Real, Real]:
+    """Return the longer and the shorter side (2,) of the smallest rectangle around a region."""
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(region))
+    long, short = sorted((corners[k + 1] - corners[k] for k in (0, 1)), key=lambda side: -np.hypot(*side))
+    return long, short
+
+
+def _width_ratio(region: shapely.Polygon) -> float:
+    """Return the ratio of width to length of a region, at most 1."""
+    long, short = _sides(region)
+    return float(np.hypot(*short) / np.hypot(*long))
+
+
 def _widened(hull: shapely.Polygon, canvas: Box | None) -> shapely.Polygon:
     """Return a convex region that is widened if it is long and thin, as far as the canvas has room."""
-    rectangle = shapely.minimum_rotated_rectangle(hull)
-    corners = shapely.get_coordinates(rectangle)
-    sides = [corners[k + 1] - corners[k] for k in (0, 1)]
-    long, thin = sorted(sides, key=lambda side: -np.hypot(*side))
-    ratio = float(np.hypot(*thin) / np.hypot(*long))
+    ratio = _width_ratio(hull)
     if ratio >= LEAST_WIDTH_RATIO:
         return hull
-    angle, centre = float(np.arctan2(long[1], long[0])), rectangle.centroid
+    (x, y), _ = _sides(hull)
+    angle, centre = float(np.arctan2(y, x)), shapely.minimum_rotated_rectangle(hull).centroid
     level = shapely.affinity.rotate(hull, -angle, origin=centre, use_radians=True)
     wide = shapely.affinity.scale(level, 1, LEAST_WIDTH_RATIO / ratio, origin=centre)
     wide = shapely.affinity.rotate(wide, angle, origin=centre, use_radians=True)

@@ -131,8 +131,9 @@ def test_the_hull_of_a_thin_row_is_widened_within_the_canvas():
     assert wide.bounds == pytest.approx((0, 5, 20, 15))
     cut = list(silhouettes(row, is_full=False, canvas=(-1 + 8j, 21 + 20j)))[-1].drawing.painted
     assert cut.bounds == pytest.approx((0, 8, 20, 15))
-    bar = Drawing(shapely.box(0, 0, 20, 2))
-    assert [item.drawing for item in silhouettes(bar, is_full=False)] == [bar]
+    banner, line = (Drawing(shapely.box(0, 0, 20, height)) for height in (4, 2))
+    assert [item.drawing for item in silhouettes(banner, is_full=False)] == [banner]
+    assert list(silhouettes(line, is_full=False))[-1].drawing.painted.bounds == pytest.approx((0, -4, 20, 6))
 
 
 @pytest.mark.parametrize(("width", "count"), [(1, 2), (4.9, 2), (5.1, 1)])
