@@ -36,7 +36,7 @@ LAYERED = "Where the shape overlaps itself, pictures show the layer that is fart
 
 EVEN_BALANCE = 1.0  # the balance with equal weights of angles and areas
 NOTED_AREA_SHARE = 5e-4  # relative to the area; less is not reported
-NOTED_ROTATION_RADIANS = np.radians(20)  # less is not reported
+NOTED_ROTATION_RADIANS = np.radians(5)  # less is not reported
 NOTED_DISTANCE = 5e-5  # relative to the diagonal; in per cent, less reads 0.00
 
 
