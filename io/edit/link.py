@@ -12,6 +12,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -126,6 +127,13 @@ class Links:
             self._leaving.cancel()
         loop = asyncio.get_running_loop()
         self._leaving = None if seconds is None else loop.call_later(seconds, self._stop)
+
+
+def _folder() -> str:
+    """Return the current folder as a user would write it."""
+    with suppress(ValueError, RuntimeError):
+        return str(Path("~") / Path.cwd().relative_to(Path.home()))
+    return str(Path.cwd())
 
 
 async def _wait_for_return(socket: WebSocket) -> None:
@@ -331,7 +339,8 @@ class _Link:
                 return self._write_pins(message)
             case Export(write=False):
                 command = saving.export_command(session, message.scene, message.name, message.size)
-                return {"command": command, "sized": saving.has_size(message.name)}
+                unsaved = saving.unsaved_files(self._session, message.scene)
+                return {"command": command, "sized": saving.has_size(message.name), "unsaved": unsaved}
             case Draw():
                 return self._write(message, saving.copy_names(session, message.name))
             case _:
@@ -362,11 +371,12 @@ class _Link:
             return {"exists": existing}
         match message:
             case Export():
-                return self._export(message, names[0])
+                written = self._export(message, names[0])
             case Save():
-                return self._save(message, names[0])
+                written = self._save(message, names[0])
             case Draw():
-                return self._draw(message, names)
+                written = self._draw(message, names)
+        return {**written, "folder": _folder()}
 
     def _export(self, message: Export, name: str) -> dict[str, Any]:
         session = self._session
@@ -383,6 +393,7 @@ class _Link:
     def _draw(self, message: Draw, names: list[str]) -> dict[str, Any]:
         session, scene = self._session, message.scene
         fields = saving.copies(session, scene, names, replace=True)
+        session.note_files(scene, fields)
         if session.pair.drawn:
             session.saved = scene
             self._keep(scene)

@@ -93,6 +93,7 @@ def save(session: Session, scene: Scene, name: str, *, replace: bool) -> str:
     files.write_bytes(name, constraints_json(session, scene).encode(), force=replace)
     session.saved = scene
     session.written.add(name)
+    session.note_files(scene, {"constraints": name})
     return name
 
 
@@ -255,6 +256,9 @@ def _line(words: list[str]) -> str:
 
 
 def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
+    """Return the fields of a job that name the files with a scene; those that Save would write if there are none."""
+    if (fields := session.files_with(scene)) is not None:
+        return fields
     if not session.pair.drawn:
         return {"constraints": constraints_file(session)} if scene.constrained else {}
     names = copy_names(session, ENDING)
@@ -262,6 +266,13 @@ def _fields_to_save(session: Session, scene: Scene) -> dict[str, str]:
         side: _spec(name, shape) for side, name, shape in zip(("source", "target"), names, _sides(session))
     }
     return specs | ({"constraints": names[2]} if _needs_list(session, scene) else {})
+
+
+def unsaved_files(session: Session, scene: Scene) -> list[str]:
+    """Return the files that the command for a scene reads, and that Save has yet to write."""
+    if session.files_with(scene) is not None:
+        return []
+    return [path_of(spec) for spec in _fields_to_save(session, scene).values()]
 
 
 def has_size(name: str) -> bool:

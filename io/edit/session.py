@@ -74,6 +74,8 @@ MOST_COMPARED_PINS = 12  # a map from scratch with more takes seconds
 LOST_ON_THE_WAY = (Status.PINS, Status.GAP, Status.SOURCE_GAP)
 Way = Literal["", "fresh", "kept", "search"]
 Hand = Literal["", "resting", "released"]
+_Content = tuple[dict[str, Any], TriangulatedMap | None]
+"""What a file of constraints holds: pins, strokes and rigid regions, and the map to continue from."""
 
 
 class Session:
@@ -90,6 +92,7 @@ class Session:
         self.scene = self.saved = self.pair.first
         self.unsaved_scene: Scene | None = None
         self.written: set[str] = set()
+        self._files: tuple[_Content, dict[str, str]] | None = None
         self._fit: Fit | None = None
         self._maps: list[TriangulatedMap] = []
         self._live: Live | WarpedLive | None = None
@@ -100,11 +103,31 @@ class Session:
         self._choices: dict[str, MapChoice] = {}
         if self.pair.start:
             self.begin(self.pair.first, self.pair.start)
+        if not job.pin and job.constraints != "-":
+            self.note_files(self.pair.first, {"constraints": job.constraints} if job.constraints else {})
 
     def take_over(self, previous: Session) -> None:
         """Take over the edits from a session with the same shapes and another texture."""
         self.scene, self.saved, self.unsaved_scene = previous.scene, previous.saved, previous.unsaved_scene
-        self.written, self._choices = previous.written, previous._choices
+        self.written, self._choices, self._files = previous.written, previous._choices, previous._files
+
+    def note_files(self, scene: Scene, fields: dict[str, str]) -> None:
+        """Note the files that hold a scene and the map that it continues from, as fields of a job."""
+        self._files = self._content(scene), fields
+
+    def files_with(self, scene: Scene) -> dict[str, str] | None:
+        """Return the fields of a job that name files with a scene and the map that it continues from; None if it has
+        not been saved.
+        """
+        if self._files is None:
+            return None
+        (parts, begins), fields = self._files
+        now_parts, now_begins = self._content(scene)
+        return fields if parts == now_parts and begins is now_begins else None
+
+    def _content(self, scene: Scene) -> _Content:
+        begins = self._choices.get(scene.key, MapChoice()).begins
+        return scene.model_dump(include={"pins", "strokes", "rigid"}), begins
 
     @property
     def fit(self) -> Fit | None:

@@ -23,14 +23,17 @@ export class Exporting {
   /** The number of the last command requested. */
   #named = 0;
   #address = '';
+  #save;
 
   /**
    * @param {Editor} editor
    * @param {Link} link
    * @param {Hello} hello
    * @param {Record<Side, Pane>} panes
+   * @param {() => Promise<boolean>} save saves pins and strokes; whether it has
    */
-  constructor(editor, link, hello, panes) {
+  constructor(editor, link, hello, panes, save) {
+    this.#save = save;
     this.#editor = editor;
     this.#link = link;
     this.#hello = hello;
@@ -38,6 +41,7 @@ export class Exporting {
     input('picture').value = hello.picture;
     offerFormats(hello.picture);
     button('more').onclick = () => {
+      this.say('');
       dialog('export').showModal();
       this.#showCommand();
       this.#showPreview();
@@ -51,6 +55,27 @@ export class Exporting {
       this.#showPreview();
     };
     button('download').onclick = () => this.#download();
+    button('export-copy').onclick = () => this.#copy();
+  }
+
+  /**
+   * Say in the dialog what was written, or why nothing was.
+   * @param {string} text
+   * @param {boolean} [bad]
+   */
+  say(text, bad = false) {
+    byId('export-said').textContent = bad ? '' : text;
+    byId('export-fault').textContent = bad ? text : '';
+  }
+
+  /** Copy the command; first save the pins and strokes that it reads. */
+  async #copy() {
+    if (!byId('export-unsaved').hidden) {
+      if (!await this.#save()) return;
+      await this.#showCommand();
+    }
+    await navigator.clipboard.writeText(byId('export-command').textContent ?? '');
+    this.say(`${byId('export-said').textContent} Copied.`.trim());
   }
 
   /** The chosen file name and size. */
@@ -69,6 +94,10 @@ export class Exporting {
     byId('export-fault').textContent = fault;
     byId('export-same').hidden = fault !== '';
     byId('export-command').textContent = answer.command ?? '';
+    const unsaved = answer.unsaved ?? [];
+    byId('export-unsaved').hidden = unsaved.length === 0;
+    byId('export-unsaved').textContent = `It reads ${unsaved.join(' and ')}, not saved yet.`;
+    button('export-copy').textContent = unsaved.length ? 'Save pins and copy' : 'Copy';
     if (!fault) byId('size-field').hidden = answer.sized === false;
   }
 
@@ -128,7 +157,8 @@ export class Exporting {
       return;
     }
     saveAs(blob, name);
-    report([`Downloaded ${name}.`, ...notes].join(' '));
+    this.say([`Downloaded ${name}.`, ...notes].join(' '));
+    report(`Downloaded ${name}.`);
   }
 }
 

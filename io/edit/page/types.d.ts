@@ -199,6 +199,10 @@ export interface Answer {
   command?: string;
   /** Whether the number of pixels can be chosen. */
   sized?: boolean;
+  /** Files that the command reads and that have not been saved yet. */
+  unsaved?: string[];
+  /** Where files were written. */
+  folder?: string;
   message?: string;
   notes?: string[];
   text?: string;

@@ -4,6 +4,7 @@ writes. Skipped, with a warning, without Chromium and ChromeDriver.
 
 import base64
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -35,6 +36,7 @@ FLAGS = (
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
 )  # WebGL without a graphics card, and no connections to the vendor
 PATIENCE = 120
+PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": False}
 WEAK = "import iccm.balanced.interactive as live; live.STIFFEST = 1.0"  # code: springs cannot pull far
 
 
@@ -1106,7 +1108,7 @@ def test_without_a_target_pins_deform_the_shape_as_the_command_does(page, tmp_pa
     moved = np.abs(np.ptp(edited.js("iccm.panes.target.shape.outline"), axis=0) - np.ptp(begun, axis=0))
     assert moved.max() > 0.01 and np.allclose(edited.scene["pins"][1]["target"], [330, 120], atol=2)
     edited.key("s", ctrl=True)
-    edited.wait("document.getElementById('status').textContent.includes('Wrote gingerbread-deformed.json')")
+    edited.wait("document.getElementById('status').textContent.includes('Saved gingerbread-deformed.json')")
     line = edited.js("document.getElementById('command').textContent")
     assert line.startswith("iccm deform gingerbread.svg ")
     done = shell(f"{line} --size 400", cwd=tmp_path)
@@ -1743,3 +1745,46 @@ def test_landmarks_of_other_programs_become_pins_and_back(page, tmp_path):
     field.send_keys(str(folder / "rose-leaf.csv"))
     edited.wait("document.getElementById('status').textContent.includes('2 are there already')")
     assert len(edited.scene["pins"]) == 2
+
+
+def test_the_command_of_the_export_dialog_works_as_it_is_copied(page):
+    """First it reads the files as they were opened; once a pin has moved, the button saves copies of them."""
+    edited = page("pins", "round.svg", "cat.svg", "--texture", "face.png")
+    allowed = {"permissions": ["clipboardReadWrite", "clipboardSanitizedWrite"]}
+    edited.driver.execute_cdp_cmd("Browser.grantPermissions", allowed)
+    edited.driver.set_script_timeout(PATIENCE)
+
+    def picture(name):
+        """The picture that the copied command writes, and the one that Save to folder writes under another name."""
+        edited.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", PHONE)
+        edited.js("document.getElementById('more').click()")
+        edited.js(f"document.getElementById('picture').value = '{name}.png'")
+        edited.js("document.getElementById('size').value = 120")
+        edited.js("document.getElementById('size').oninput()")
+        command = "document.getElementById('export-command').textContent"
+        edited.wait(f"{command}.endsWith('-o {name}.png') && {command}.includes('--size 120 ')")
+        edited.wait("document.querySelector('#preview img')")
+        edited.js("document.getElementById('export-copy').click()")
+        edited.wait("document.getElementById('export-said').textContent.includes('Copied')", 30)
+        copied = edited.driver.execute_async_script("navigator.clipboard.readText().then(arguments[0])")
+        words = [sys.executable, "-m", "iccm", *shlex.split(copied)[1:-1], f"{name}-typed.png"]
+        subprocess.run(words, cwd=edited.folder, check=True)
+        edited.js("document.getElementById('export-now').click()")
+        edited.wait(f"document.getElementById('export-said').textContent.startsWith('Saved {name}.png in ')")
+        assert edited.js("document.getElementById('export').open")
+        corner = edited.js(
+            "(({top, bottom}) => [top, bottom])(document.querySelector('#export .head button').getBoundingClientRect())"
+        )
+        assert corner[0] >= 0 and corner[1] <= PHONE["height"]
+        edited.driver.find_element("css selector", "#export .head button").click()
+        edited.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        return [cv2.imread(str(edited.folder / f"{name}{end}.png"), -1) for end in ("-typed", "")]
+
+    first, first_saved = picture("first")
+    assert np.array_equal(first, first_saved) and not list(edited.folder.glob("*-pins*"))
+    x, y = edited.scene["pins"][3]["target"]
+    edited.drag("target", (x, y), (x - 30, y))
+    edited.settled()
+    moved, moved_saved = picture("moved")
+    assert np.array_equal(moved, moved_saved) and not np.array_equal(moved, first)
+    assert {path.name for path in edited.folder.glob("*-pins.svg")} == {"round-pins.svg", "cat-pins.svg"}
