@@ -92,11 +92,12 @@ class EditedFiles:
         self._known.add(str(path))
         return str(path)
 
-    def open(self, specs: dict[str, str]) -> None:
+    def open(self, specs: dict[str, str], *, resumed: bool = True) -> None:
         """Open other files, or the same shapes with another texture; the latter keeps pins and strokes.
 
         Args:
             specs: specs by role, of files that were put here or given before.
+            resumed: whether to offer the unsaved changes of an earlier session.
 
         Raises:
             InputError: a file is neither, or as in `Session`.
@@ -115,7 +116,7 @@ class EditedFiles:
         session = Session(make(options))
         if previous is not None and is_same_pair:
             session.take_over(previous)
-        else:
+        elif resumed:
             autosave.offer(session, autosave.read(session.pair.job))
         self._options, self.roles, self.session = options, roles, session
 
@@ -129,7 +130,7 @@ class EditedFiles:
         if not files:
             raise InputError(f"{name}: unknown sample")
         self._known.update(files)
-        self.open(dict(zip(ROLES, files)))
+        self.open(dict(zip(ROLES, files)), resumed=False)  # whoever tried it before on this computer
 
     def parts(self, role: str) -> list[dict[str, Any]]:
         """Return the shapes in the file of a side, the largest first; see `parts_of`.

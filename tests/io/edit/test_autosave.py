@@ -11,7 +11,7 @@ from iccm.errors import InputError
 from iccm.io.edit import autosave, saving
 from iccm.io.edit.messages import Scene
 from iccm.io.edit.session import Session
-from iccm.io.edit.workspace import EditedFiles
+from iccm.io.edit.workspace import SAMPLES, EditedFiles
 from iccm.io.run.job import make
 
 pytestmark = pytest.mark.usefixtures("solve_once")
@@ -86,6 +86,17 @@ def test_what_is_offered_stays_until_it_is_taken_or_forgotten(shapes):
     edited.unsaved_scene = None
     autosave.keep(edited, edited.pair.first, *AT)
     assert autosave.read(JOB) is None
+
+
+def test_a_sample_opens_without_what_was_tried_on_it_before(state):
+    name = next(iter(SAMPLES))
+    earlier, later = EditedFiles(), EditedFiles()
+    earlier.open_sample(name)
+    first = earlier.session.pair.first
+    autosave.keep(earlier.session, first.model_copy(update={"pins": first.pins[1:]}), *AT)
+    assert autosave.read(earlier.session.pair.job) is not None
+    later.open_sample(name)
+    assert later.session.describe()["left"] is None
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"scene": {"balance": 0}}', "\0"])
