@@ -59,10 +59,10 @@ UNSEEN_ON_TONE_SHARE = 0.1
 HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
 LEAST_ROOM_SHARE = 1 / 10
-"""Of what a part of the target encloses: the circle that has place in a hole; in a smaller or narrower one, such as an
-eye or a letter, a drawing has none."""
+"""Of what a part of the target encloses: the largest circle within a hole. A hole with a smaller one, such as an eye or a
+letter, is a mark."""
 LEAST_SHARE_IN_ROOM = 3 / 4
-"""Of a drawing: a hole with at least so much of it inside is no mark."""
+"""Of a drawing: a hole with at least this much of it inside is not a mark."""
 SAME_SIZE_RATIO = 1.25
 """Of the larger to the smaller width and height of two holes that are marks of a kind."""
 HAIRLINE_SHARE = 1e-3
@@ -227,7 +227,7 @@ def _without_marks(area: shapely.Geometry, drawing: shapely.Geometry) -> shapely
 
 
 def _is_room(gap: shapely.Geometry, drawing: shapely.Geometry, enclosed: float) -> bool:
-    """Return whether a gap within a part that encloses an area is no mark, but one in which a drawing is seen."""
+    """Return whether a drawing is seen in a gap within a part that encloses an area; else the gap is a mark."""
     if shapely.intersection(gap, drawing).area >= LEAST_SHARE_IN_ROOM * drawing.area:
         return True
     least = LEAST_ROOM_SHARE * enclosed
