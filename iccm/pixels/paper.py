@@ -59,8 +59,8 @@ UNSEEN_ON_TONE_SHARE = 0.1
 HARDLY_SEEN_SHARE = 0.5
 """Of a drawing's silhouette: if more of it is hardly seen on light paper, dark paper is used where that shows more."""
 LEAST_ROOM_SHARE = 1 / 10
-"""Of what a part of the target encloses: the largest circle within a hole. A hole with a smaller one, such as an eye or a
-letter, is a mark."""
+"""Of what a part of the target encloses: the largest circle within a hole. A hole with a smaller one, such as an eye
+or a letter, is a mark."""
 LEAST_SHARE_IN_ROOM = 3 / 4
 """Of a drawing: a hole with at least this much of it inside is not a mark."""
 SAME_SIZE_RATIO = 1.25
