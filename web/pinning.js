@@ -190,7 +190,7 @@ export class Pinning {
   get actions() {
     const nothing = () => {};
     return {
-      select: nothing, lock: nothing, accept: nothing, selectOnly: nothing, placeEnd: nothing, turn: nothing, hold: nothing, rename: nothing, move: nothing,
+      select: nothing, lock: nothing, accept: nothing, selectOnly: nothing, placeEnd: nothing, turn: nothing, hold: nothing, keep: nothing, rename: nothing, move: nothing,
       activate: nothing,
       place: async (side, place) => this.place(side, /** @type {Point} */ (place)),
       stroke: async () => {},

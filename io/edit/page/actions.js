@@ -94,6 +94,7 @@ export function actionsOf({editor, link, panes, hello, report, putDown, moved}) 
         return;
       }
       if (closed) {
+        report('');
         editor.scene.rigid.push(places);
         editor.commit();
         return;
@@ -147,6 +148,10 @@ export function actionsOf({editor, link, panes, hello, report, putDown, moved}) 
       Object.assign(pin, settings);
       if (ended) editor.commit();
       else editor.follow();
+    },
+
+    keep({number}, radius) {
+      editor.keepRigid(editor.scene.pins[number], radius);
     },
 
     activate({kind, number}) {

@@ -1,5 +1,6 @@
 // The state that is edited: the scene, its history, selected and locked pins, and the map requested from the server.
 
+import {inside} from './geometry.js';
 import {contentOf} from './history.js';
 
 /** @import {History} from './history.js' */
@@ -175,6 +176,18 @@ export class Editor {
     this.commit();
   }
 
+  /**
+   * Keep the form of the area around a pin, or let it bend again.
+   * @param {Pin} pin
+   * @param {number} radius of the area, in file units of the source
+   */
+  keepRigid(pin, radius) {
+    const number = rigidAround(this.scene, pin);
+    if (number >= 0) this.scene.rigid.splice(number, 1);
+    else this.scene.rigid.push(discAround(/** @type {[number, number]} */ (pin.source), radius));
+    this.commit();
+  }
+
   /** Request the coarse map while something is dragged, and the converged one once nothing moves. */
   follow() {
     this.#ask('follow');
@@ -266,6 +279,17 @@ export class Editor {
 function discAround([x, y], radius) {
   const angles = Array.from({length: DISC_CORNERS}, (_, k) => 2 * Math.PI * k / DISC_CORNERS);
   return angles.map((angle) => [x + DISC_SHARE * radius * Math.cos(angle), y + DISC_SHARE * radius * Math.sin(angle)]);
+}
+
+/**
+ * Return the number of the rigid region around the source's end of a pin; -1 if there is none.
+ * @param {Scene} scene
+ * @param {Pin} pin
+ */
+export function rigidAround({rigid}, {source}) {
+  if (typeof source === 'string') return -1;
+  const point = /** @type {[number, number]} */ (source);
+  return rigid.findIndex((region) => typeof region !== 'string' && inside(/** @type {[number, number][]} */ (region), point));
 }
 
 /** @param {Pin | Stroke} entry */

@@ -1,6 +1,7 @@
 // The settings of one pin: how large a patch keeps its form, and how close it comes to its place.
 
 import {byId} from './dom.js';
+import {rigidAround} from './editor.js';
 import {rounded} from './figures.js';
 import {significant} from './geometry.js';
 import {report} from './status.js';
@@ -45,8 +46,14 @@ export function showPinSettings(scene, hello, actions) {
   }
   for (const [name, settings] of Object.entries(presets(pin, patch))) {
     const button = /** @type {HTMLButtonElement} */ (box.elements.namedItem(name));
-    button.onclick = () => actions.hold(item, settings);
+    const isChosen = name === 'exact' ? pin.radius === 0 : Boolean(pin.radius && pin.tolerance);
+    button.setAttribute('aria-pressed', String(isChosen));
+    button.onclick = () => actions.hold(item, isChosen ? automatic(pin) : settings);
   }
+  const keep = /** @type {HTMLButtonElement} */ (box.elements.namedItem('keep')), isKept = rigidAround(scene, pin) >= 0;
+  keep.setAttribute('aria-pressed', String(isKept));
+  keep.disabled = !isKept && !patch;
+  keep.onclick = () => actions.keep(item, patch?.radius ?? 0);
 }
 
 /** @param {number | null | undefined} value */
@@ -73,12 +80,18 @@ export function isPossible(name, value) {
 }
 
 /**
+ * Return the settings of a pin whose patch iccm chooses.
+ * @param {Pin} pin
+ * @returns {PinSettings}
+ */
+const automatic = ({turn}) => ({radius: null, tolerance: null, turn, scale: null});
+
+/**
  * @param {Pin} pin
  * @param {Patch | null} patch of the map
  * @returns {Record<string, PinSettings>}
  */
 export function presets(pin, patch) {
-  const automatic = {radius: null, tolerance: null, turn: pin.turn, scale: null};
   const pull = patch && {radius: significant(patch.radius * PULLING), tolerance: significant(patch.tolerance * PULLING)};
-  return {keep: automatic, pull: {...automatic, ...pull}, exact: {...automatic, radius: 0}};
+  return {pull: {...automatic(pin), ...pull}, exact: {...automatic(pin), radius: 0}};
 }

@@ -267,6 +267,8 @@ export interface Actions {
   turn(item: Item, degrees: number | null): void;
   /** Change the settings of a pin; `ended` unless it is still being dragged. */
   hold(item: Item, settings: PinSettings, ended?: boolean): void;
+  /** Keep the form of the area around a pin, or let it bend again; `radius` in file units. */
+  keep(item: Item, radius: number): void;
   /** Show the settings of a pin. */
   activate(item: Item): void;
   drop(): void;

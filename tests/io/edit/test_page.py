@@ -730,11 +730,19 @@ def test_presets_change_a_pin_and_words_are_not_taken_as_numbers(page):
     for preset, holds in (
         ("pull", f"iccm.scene.pins[0].radius < {chosen_radius} && iccm.scene.pins[0].tolerance > 0"),
         ("exact", "iccm.scene.pins[0].radius === 0"),
-        ("keep", "iccm.scene.pins[0].radius === null && iccm.scene.pins[0].tolerance === null"),
+        ("exact", "iccm.scene.pins[0].radius === null && iccm.scene.pins[0].tolerance === null"),
     ):
         edited.driver.find_element("css selector", f"#pin [name={preset}]").click()
-        edited.wait(holds)
+        edited.wait(holds, 20)
         assert edited.settled() == "full"
+    for is_kept in (True, False):
+        edited.driver.find_element("css selector", "#pin [name=keep]").click()
+        edited.wait(f"iccm.scene.rigid.length === {int(is_kept)}", 20)
+        assert edited.settled() == "full"
+        pressed = "document.querySelector('#pin [name=keep]').getAttribute('aria-pressed')"
+        assert edited.js(pressed) == str(is_kept).lower()
+        regions = edited.js("iccm.panes.source.scene.regions")
+        assert [region["dilatation"] < 1.001 for region in regions] == [True] * is_kept
     pins = edited.scene["pins"]
     place = edited.driver.find_elements("css selector", "#list li:first-child input")[1]
     digits = [number.partition(".")[2] for number in re.findall(r"[\d.]+", place.get_attribute("value"))]

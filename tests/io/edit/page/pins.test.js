@@ -149,7 +149,6 @@ test('what is said of a pin is a step of its own, or part of a drag; nothing of 
 test('presets keep the rotation; pulling takes a third of what was chosen, to four digits', () => {
   const pin = {name: '', weight: 1, source: [1, 2], target: [3, 4], turn: 30, radius: 7, scale: 2};
   const found = presets(pin, {radius: 4, tolerance: 0.5});
-  assert.deepEqual(found.keep, {radius: null, tolerance: null, turn: 30, scale: null});
   assert.deepEqual(found.pull, {radius: 1.333, tolerance: 0.1667, turn: 30, scale: null});
   assert.deepEqual(found.exact, {radius: 0, tolerance: null, turn: 30, scale: null});
 });
