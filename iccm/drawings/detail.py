@@ -121,6 +121,13 @@ class Detail:
             return FACE_ENERGY_WEIGHT
         return EDGE_ENERGY_WEIGHT if has_margin or self.is_photo else RIMLESS_ENERGY_WEIGHT
 
+    def hidden_cost(self, share: float) -> float:
+        """Return the share of the source that counts as hidden if a share of its edges is not seen.
+
+        The sides of a photo without margin are mostly background, so that it is rather cropped than stretched.
+        """
+        return share if self.is_photo and self.is_full else hidden_cost(share)
+
     def with_faces(self, faces: Sequence[Box]) -> "Detail":
         """Return the detail with edges in faces, which are together as important as all others."""
         in_faces = np.zeros(self.points.size, bool)
@@ -422,7 +429,7 @@ def cost_of_detail(
     leaning = float(np.average(turned, weights=seen_weights[used]))
     return Cost(
         energy_of_form(energy, detail.energy_weight(has_margin=paper is not None)),
-        hidden_cost(hidden),
+        detail.hidden_cost(hidden),
         bare,
         1 + leaning / np.radians(DOUBLING_DEGREES),
     )

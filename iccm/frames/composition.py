@@ -185,7 +185,7 @@ class _PlacementSearch:
         """Return the cost of a placement, or of a map that was one until pins were dragged."""
         shown = self.view.seen(placement(self._points))
         seen = shown @ self._weights - (NEAREST_WEIGHT * (1 - shown.min()) if self.detail.has_paper else 0.0)
-        hidden = hidden_cost(1 - float(seen))
+        hidden = self.detail.hidden_cost(1 - float(seen))
         if self.detail.has_paper:
             covered = float(self._shadow.contains(placement.pull_back(self._outline)).mean())
             bare = (

@@ -1,5 +1,7 @@
 """Edges of pictures, and what of them a map shows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -271,3 +273,16 @@ def test_the_box_has_a_margin_unless_the_picture_fills_it():
         (20 - margin + 1j * (10 - margin), 70 + margin + 1j * (30 + margin))
     )
     assert box_frame(source).outline.box == (20 + 10j, 70 + 30j)
+
+
+def test_a_wide_photo_is_cropped_rather_than_stretched_onto_a_square():
+    stripes = [(left, 0, left + 5, HEIGHT) for left in range(0, WIDTH, 10)]
+    pixels = picture_of(*stripes)
+    pixels[..., 3] = 1
+    detail = Detail.of_picture(pixels, (0, WIDTH + 1j * HEIGHT))
+    target = Drawing(shapely.box(0, 0, 60, 60))
+    flag, photo = (
+        Composer(Drawing(shapely.box(0, 0, WIDTH, HEIGHT)), target, one, Options()).placed().stretch
+        for one in (detail, replace(detail, is_photo=True))
+    )
+    assert flag < 0.75 and 0.85 < photo < 1.02  # 2/3 fits the whole picture into the square
