@@ -99,8 +99,9 @@ def carried(axes: Axes, folder: str, **job) -> Outcome:
 def silhouette(axes: Axes, spec: str) -> None:
     """Draw in grey what a file paints."""
     target = files.read(spec, whole=True)
-    assert target.drawing is not None
-    rings = [np.append(ring, ring[:1]) for ring in target.drawing.rings]
+    painted = target.ink or target.drawing  # lines that enclose an area count as filled, but are seen as lines
+    assert painted is not None
+    rings = [np.append(ring, ring[:1]) for ring in painted.rings]
     path = MplPath.make_compound_path(
         *(MplPath(np.column_stack([z.real, z.imag]), closed=True) for z in rings)
     )
