@@ -99,7 +99,8 @@ def carried(axes: Axes, folder: str, **job) -> Outcome:
 def silhouette(axes: Axes, spec: str) -> None:
     """Draw in grey what a file paints."""
     target = files.read(spec, whole=True)
-    painted = target.ink or target.drawing  # lines that enclose an area count as filled, but are seen as lines
+    # lines that enclose an area count as filled, but are seen as lines
+    painted = target.ink or target.drawing
     assert painted is not None
     rings = [np.append(ring, ring[:1]) for ring in painted.rings]
     path = MplPath.make_compound_path(
