@@ -140,4 +140,4 @@ def test_a_text_that_stays_straight_names_the_remedy(shapes, iccm):
     straight = iccm(*arguments, "-o", "a.png")
     assert straight.code == 0 and "--fit box" in straight.err
     bent = iccm(*arguments, "--fit", "box", "-o", "b.png")
-    assert bent.code == 0 and "note" not in bent.err
+    assert bent.code == 0 and "--fit box" not in bent.err

@@ -199,7 +199,7 @@ def test_a_requested_rotation_is_kept_or_its_change_reported(fit, turn):
     result = iccm.fit(FLAG, 1j * FLAG.z, turn=turn, fit=fit)
     notes = [note for note in result.notes if "rotated by" in note]
     away = abs(result.distortion.turn - turn)
-    assert bool(notes) == (away > 20) and all(
+    assert bool(notes) == (away > 5) and all(
         f"instead of {turn}" in note and "(turn)" in note for note in notes
     )
     assert turn < 90 or away < 1e-3
@@ -265,7 +265,7 @@ def test_patches_over_a_bound_are_left_straight():
 def test_strong_stretch_gets_a_note_and_little_none():
     bar = Curve.domain(np.array([0, 40, 40 + 1j, 1j]))
     assert any("strongly stretched" in note for note in iccm.fit(bar, SHIELD).notes)
-    assert not iccm.fit(BLOB, FLAG).notes
+    assert not any("strongly stretched" in note for note in iccm.fit(BLOB, FLAG).notes)
 
 
 def test_a_map_that_has_not_converged_gets_a_note(monkeypatch):
