@@ -286,17 +286,17 @@ class Run:
         """
         if self.image.alpha < 0 or self.faded:
             return []
-        area = self._painted_in_silhouette(self.target.ink or self.target.drawing)
-        drawings = self.fit.details.drawings
-        if area is None or drawings is None:
+        found = self._painted_in_silhouette(self.target.ink or self.target.drawing)
+        if found is None:
             return []
+        area, shown = found
         if self.source.drawing is None:
             return area.rings
         from ...maps.moved_rings import move_rings
         from ...pixels.paper import cleared
 
         outlines = [complex_of(part.exterior.coords[:-1]) for part in self.source.drawing.parts]
-        return cleared(area.painted, move_rings(self.fit.map, outlines), drawings[1].painted)
+        return cleared(area.painted, move_rings(self.fit.map, outlines), shown.painted)
 
     @cached_property
     def faded(self) -> list[Complex]:
@@ -305,24 +305,24 @@ class Run:
         """
         if self.detail is None or not self.detail.is_full:
             return []
-        area = self._painted_in_silhouette(self.target.drawing)
-        drawings = self.fit.details.drawings
-        if area is None or drawings is None:
+        found = self._painted_in_silhouette(self.target.drawing)
+        if found is None:
             return []
         from ...frames.silhouettes import clear_part
 
-        return rings_of(clear_part(area, drawings[1]))
+        return rings_of(clear_part(*found))
 
-    def _painted_in_silhouette(self, painted: Drawing | None) -> Drawing | None:
-        """Return what the target paints, if the picture is shown on more; else None."""
+    def _painted_in_silhouette(self, painted: Drawing | None) -> tuple[Drawing, Drawing] | None:
+        """Return what the target paints, and what the picture is shown on if that is more; else None."""
         drawings = [fit.details.drawings for fit in self.fits]
         if len(drawings) != 1 or drawings[0] is None or not texture.on_paper(self.job, self.source):
             return None
         if self.image.raster is not None or framing.placing_options(self.job):
             return None
-        if painted is None or painted.region.area > (1 - LEAST_TONED_SHARE) * drawings[0][1].region.area:
+        shown = drawings[0][1]
+        if painted is None or painted.region.area > (1 - LEAST_TONED_SHARE) * shown.region.area:
             return None
-        return painted
+        return painted, shown
 
     @cached_property
     def paper(self) -> str:

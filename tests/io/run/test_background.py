@@ -235,3 +235,19 @@ def test_a_background_without_effect_is_refused(iccm, files, command, named):
     result = iccm("map", *command.split())
     assert result.code == 2 and named in result.err
     assert not [*files.glob("out*")]
+
+
+def test_a_texture_with_alpha_is_carried_onto_a_layout(iccm, files):
+    """Its sampler is made before there is a map."""
+    Path("card.obj").write_text(
+        "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nvt .2 .1\nvt .8 .1\nvt .8 .9\nvt .2 .9\nf 1/1 2/2 3/3 4/4\n"
+    )
+    Path("canvas.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 6 8"><path d="M0 0H6V8H0Z"/></svg>'
+    )
+    Image.new("RGBA", (30, 40), (200, 100, 20, 255)).save("texture.png")
+    result = iccm(
+        "map", "canvas.svg", "card.obj#uv", "--texture", "texture.png", "-o", "out.png", "--size", "50"
+    )
+    assert result.code == 0, result.err
+    assert np.asarray(Image.open("out.png").convert("RGBA"))[25, 25].tolist() == [200, 100, 20, 255]
