@@ -250,7 +250,7 @@ def test_the_patch_of_a_pin_is_shown_resized_and_made_exact(page, tmp_path, shel
     edited.wait("iccm.scene.pins[0].radius === 0")
     assert edited.settled() == "full"
     assert edited.js("document.querySelectorAll('#source .ring').length") == 3
-    edited.js("document.querySelector('#pin [name=keep]').click()")
+    edited.js("document.querySelector('#pin [name=exact]').click()")  # a second click resets
     edited.wait("iccm.scene.pins[0].radius === null")
     assert edited.settled() == "full"
     edited.key("z", ctrl=True)
@@ -1786,12 +1786,14 @@ def test_the_command_of_the_export_dialog_works_as_it_is_copied(page):
         assert corner[0] >= 0 and corner[1] <= PHONE["height"]
         edited.driver.find_element("css selector", "#export .head button").click()
         edited.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        edited.wait(f"innerWidth > {PHONE['width']}")  # so that the next drag finds its pin
         return [cv2.imread(str(edited.folder / f"{name}{end}.png"), -1) for end in ("-typed", "")]
 
     first, first_saved = picture("first")
     assert np.array_equal(first, first_saved) and not list(edited.folder.glob("*-pins*"))
     x, y = edited.scene["pins"][3]["target"]
     edited.drag("target", (x, y), (x - 30, y))
+    edited.wait(f"iccm.scene.pins[3].target[0] < {x - 10}")
     edited.settled()
     moved, moved_saved = picture("moved")
     assert np.array_equal(moved, moved_saved) and not np.array_equal(moved, first)

@@ -240,7 +240,7 @@ def test_a_background_without_effect_is_refused(iccm, files, command, named):
 def test_a_texture_with_alpha_is_carried_onto_a_layout(iccm, files):
     """Its sampler is made before there is a map."""
     Path("card.obj").write_text(
-        "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nvt .2 .1\nvt .8 .1\nvt .8 .9\nvt .2 .9\nf 1/1 2/2 3/3 4/4\n"
+        "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nvt .2 .1\nvt .8 .1\nvt .8 .9\nvt .2 .9\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
     )
     Path("canvas.svg").write_text(
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 6 8"><path d="M0 0H6V8H0Z"/></svg>'
