@@ -19,7 +19,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from ...errors import InputError, naming
 from ..files import check_output
-from ..shapes import landmarks
+from ..shapes.landmarks import landmarks_file
+from ..shapes.landmarks.pairs import LandmarkPairs
 from . import messages, placing, saving
 from .messages import (
     AddHandles,
@@ -354,8 +355,12 @@ class _Link:
 
     def _write_pins(self, message: WritePins) -> dict[str, Any]:
         pair = self._session.pair
-        text = landmarks.write(message.suffix, message.scene.pins, pair.source, pair.target)
-        return {"text": text, "name": f"{saving.stem(pair.job)}{message.suffix}"}
+        name = f"{saving.stem(pair.job)}{message.suffix}"
+        file = landmarks_file.file_of(name)
+        if file is None:
+            raise InputError(f"{name}: no program's landmarks have this suffix")
+        pairs = LandmarkPairs.of_pins(message.scene.pins, pair.source, pair.target, file.axes)
+        return {"text": file.text(pairs), "name": name}
 
     def _must_confirm(self, name: str) -> bool:
         """Return whether the user must confirm that a file may be replaced: one that exists and was not written by this

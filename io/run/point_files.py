@@ -9,7 +9,7 @@ from ...errors import InputError
 from .. import limits
 from ..geometry import document
 from ..geometry.document import GeometryDocument
-from ..shapes.landmarks import Axes, LandmarkPairs
+from ..shapes.landmarks.pairs import Axes, LandmarkPairs
 
 
 def read_pairs(source: str, target: str) -> LandmarkPairs:

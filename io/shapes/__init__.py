@@ -17,7 +17,7 @@ holes           pairs of corresponding holes, and the maps between them
 constraints     pins and strokes, drawn or listed
 regions         rigid regions: elements, masks, polygons
 listing         constraints listed in a JSON file
-landmarks       landmarks of other programs
+landmarks/      landmarks of other programs, a module a format
 packed_map      maps as short texts
 starts          an earlier map to continue from
 handles         a lattice of pins by which a map is edited

@@ -43,7 +43,8 @@ from ...errors import InputError, naming
 from .. import files, limits
 from ..checked import StrictModel, first
 from ..point_syntax import PIN_SETTINGS, Place
-from . import landmarks as other_programs
+from .landmarks import landmarks_file
+from .landmarks.pairs import LandmarkPairs
 from .shape import Shape
 from .starts import StartingMap
 
@@ -128,7 +129,7 @@ class ConstraintsFile(StrictModel):
     rigid: list[str | Polygon] = Field([])
     start: StartingMap | None = None
     landmarks: Landmarks = Landmarks()
-    _pairs: list[other_programs.LandmarkPairs] = PrivateAttr([])
+    _pairs: list[LandmarkPairs] = PrivateAttr([])
 
     @property
     def all_pins(self) -> list[PinEntry]:
@@ -159,7 +160,7 @@ class ConstraintsFile(StrictModel):
         pairs = [pair for landmarks in self._pairs for pair in landmarks.in_file_units(source, target)]
         return [*self.all_pins, *(PinEntry(name=name[:200], source=a, target=b) for name, a, b in pairs)]
 
-    def add_pairs(self, pairs: other_programs.LandmarkPairs) -> None:
+    def add_pairs(self, pairs: LandmarkPairs) -> None:
         """Add pairs of landmarks of other programs to the pins."""
         self._pairs.append(pairs)
 
@@ -201,9 +202,13 @@ def read(path: str | Path, *, max_bytes: int = limits.CONSTRAINTS_BYTES) -> Cons
     Raises:
         InputError: not JSON, an unknown or missing key, a value out of range; the message names the key.
     """
-    data = (
-        sys.stdin.buffer.read(max_bytes) if str(path) == "-" else files.read_bytes(path, max_bytes=max_bytes)
-    )
+    landmarks = landmarks_file.file_of(str(path))
+    if landmarks is not None:
+        pairs = landmarks.read()
+        with naming(path):
+            return _of_pairs(pairs)
+    is_stdin = str(path) == "-"
+    data = sys.stdin.buffer.read(max_bytes) if is_stdin else files.read_bytes(path, max_bytes=max_bytes)
     with naming(path):
         return parse(str(path), data)
 
@@ -214,11 +219,18 @@ def parse(name: str, data: bytes) -> ConstraintsFile:
     Raises:
         InputError: as `read`; the message starts with what is wrong.
     """
-    if other_programs.is_landmarks(name):
-        listed = ConstraintsFile()
-        listed.add_pairs(other_programs.parse(name, data))
-        return listed
+    landmarks = landmarks_file.file_of(name)
+    if landmarks is not None:
+        return _of_pairs(landmarks.parse(data))
     try:
         return ConstraintsFile.model_validate(files.parse_json(data, once=True))
     except ValidationError as error:
         raise InputError(first(error)) from error
+
+
+def _of_pairs(pairs: LandmarkPairs) -> ConstraintsFile:
+    """Return a constraints file whose pins are another program's landmarks."""
+    pairs.check_count()
+    listed = ConstraintsFile()
+    listed.add_pairs(pairs)
+    return listed

@@ -11,7 +11,10 @@ from PIL import Image
 from scipy import ndimage
 
 import iccm as iccm_core
+from iccm.io import limits
 from iccm.io.pictures import georeferenced
+from iccm.io.shapes import listing
+from iccm.io.shapes.landmarks import landmarks_file
 from iccm.saved.georeference import Georeference
 
 rasterio = pytest.importorskip("rasterio", reason="rasterio is an extra")
@@ -153,6 +156,18 @@ def test_ground_control_points_of_a_geotiff_are_pins(folder, iccm):
     assert wrong.code == 2 and "EPSG:32627" in wrong.err and LAMBERT in wrong.err
     none = iccm("map", "chart.png", "ell.geojson", "--constraints", "chart.tif", "-o", "no.npz")
     assert none.code == 2
+
+
+def test_ground_control_points_of_a_large_scan_are_read(folder):
+    points = [(150, 20, 405000, 510000), (48, 75, 450000, 508000)]
+    control = [rasterio.control.GroundControlPoint(row=y, col=x, x=u, y=v) for x, y, u, v in points]
+    how = {"driver": "GTiff", "width": 5000, "height": 4000, "count": 1, "dtype": "uint8"}
+    with rasterio.open("large.tif", "w", gcps=control, crs=LAMBERT, **how) as file:
+        file.write(np.zeros((1, 4000, 5000), np.uint8))
+    assert Path("large.tif").stat().st_size > limits.CONSTRAINTS_BYTES
+    listing.read("large.tif")
+    pairs = landmarks_file.file_of("large.tif").read()
+    assert [(*a, *b) for a, b in zip(pairs.source, pairs.target)] == points
 
 
 def test_islands_across_the_antimeridian_lie_together(folder, iccm):
