@@ -74,8 +74,7 @@ def xy_of(z: Complex) -> Real:
 
 def complex_of(xy: Real) -> Complex:
     """Return complex numbers (...) from pairs (..., 2) of real and imaginary parts."""
-    z: Complex = xy @ np.array([1, 1j])
-    return z
+    return xy[..., 0] + 1j * xy[..., 1]
 
 
 def unit_vectors(vectors: Real) -> Real:

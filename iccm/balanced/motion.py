@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ..arrays import Complex, Index, Real
 from ..curve import Curve
 from ..maps.triangulated.map import NEAR_SHARE, TriangulatedMap
 from .errors import NoMapError
-from .minimise.energy import geometry
-from .minimise.untangle import springs
+from .minimise.untangle import harmonic
 from .search.initial_matches import TANGENT_CHORD_SHARE, best_path, best_scores, step_gains
 
 OUTLINE_SAMPLES = 256  # of each outline; four times as many as for two different shapes
@@ -80,10 +80,11 @@ def move_vertices(
     ):
         return w
     goals = [outer, *_partners(rims[1:], holes)]
-    shift = np.zeros(w.size, complex)
+    shift, on_loop = np.zeros(w.size, complex), np.zeros(w.size, bool)
     for loop, rim, goal in zip(loops, rims, goals):
         shift[loop] = goal.at(match_outlines(rim, goal)) - rim.z
-    return w + harmonic(w, faces, np.concatenate(list(loops)), shift)
+        on_loop[loop] = True
+    return w + harmonic(w, faces, on_loop, shift)
 
 
 def _is_on(z: Complex, curve: Curve, tolerance: float) -> bool:
@@ -115,9 +116,8 @@ def match_outlines(earlier: Curve, current: Curve) -> Real:
     offsets = np.interp(grid, rows / OUTLINE_SAMPLES, columns / OUTLINE_SAMPLES) - grid
     width = int(SMOOTHED_LENGTH_SHARE * grid.size)
     window = np.hanning(2 * width + 1)
-    offsets = np.convolve(
-        np.concatenate([offsets[-width:], offsets, offsets[:width]]), window / window.sum(), "valid"
-    )
+    around = sliding_window_view(np.concatenate([offsets[-width:], offsets, offsets[:width]]), window.size)
+    offsets = (around * (window / window.sum())).sum(axis=1)
     s = np.mod(earlier.knots[:-1] / earlier.length - i / OUTLINE_SAMPLES, 1)
     share = s + np.interp(s, np.append(grid, 1), np.append(offsets, offsets[0]))
     return (share + j / OUTLINE_SAMPLES) * current.length
@@ -155,28 +155,3 @@ def _samples(curve: Curve, s: Real) -> Complex:
     return np.stack(
         [chord / np.maximum(np.abs(chord), 1e-300), middles / np.sqrt(np.mean(np.abs(middles) ** 2))]
     )
-
-
-def harmonic(w: Complex, faces: Index, border: Index, values: Complex) -> Complex:
-    """Return (n,) the discrete harmonic function with given values at the border's vertices.
-
-    Args:
-        w: (n,) vertices.
-        faces: (m, 3) triangles.
-        border: (b,) vertices with given values.
-        values: (n,) values, of which those at the border are used.
-    """
-    from scipy.sparse import coo_array  # slow to import, and seldom needed
-    from scipy.sparse.linalg import spsolve
-
-    weights = -springs(*geometry(w, faces)).ravel()
-    tails, heads = np.roll(faces, -1, axis=1).ravel(), np.roll(faces, -2, axis=1).ravel()
-    pairs = np.append(tails, heads), np.append(heads, tails)
-    stiffness = coo_array((np.tile(weights, 2), pairs), (w.size, w.size)).tocsr()
-    stiffness.setdiag(-stiffness.sum(axis=1))
-    inner = np.setdiff1d(np.arange(w.size), border)
-    out = values.copy()
-    if inner.size:
-        pull = stiffness[inner][:, border] @ values[border]
-        out[inner] = spsolve(stiffness[inner][:, inner].tocsc(), -pull)
-    return out

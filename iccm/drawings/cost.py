@@ -96,8 +96,8 @@ def cost_of(
     f_z, f_zbar = linear(z[faces], u[faces])
     areas = np.abs(triangle_areas(z[faces]))
     images = areas * (np.abs(f_z) ** 2 - np.abs(f_zbar) ** 2)
-    visible_area = float(areas @ shares.both)
-    covered_area = float(images @ shares.textured)
+    visible_area = float((areas * shares.both).sum())
+    covered_area = float((images * shares.textured).sum())
     energy = np.inf
     if (images * shares.both > 0).any():
         source_areas, image_areas = areas * shares.both, images * shares.both
@@ -105,6 +105,6 @@ def cost_of(
         density = Distortion(image_areas, f_z, f_zbar, scale).energies(balance)["total"]
         # half the source's area and half the target's, as in the balanced energy
         weights = 0.5 * source_areas / source_areas.sum() + 0.5 * image_areas / image_areas.sum()
-        energy = float(weights @ np.where(weights > 0, density, 0))
+        energy = float((weights * np.where(weights > 0, density, 0)).sum())
     hidden, bare = 1 - visible_area / source.area, 1 - covered_area / target.area
     return Cost(energy, max(0.0, hidden), max(0.0, bare), rotation)

@@ -152,7 +152,7 @@ def close_hairlines(painted: shapely.Geometry) -> shapely.Geometry:
     closed = filled[less > 0]
     invalid = ~shapely.is_valid(closed)  # GEOS's offsets may leave holes that touch their outline
     closed[invalid] = shapely.make_valid(closed[invalid])
-    if np.dot(shares, np.maximum(less, 0)) < HAIRLINE_LENGTH_SHARE * size:
+    if (np.array(shares) * np.maximum(less, 0)).sum() < HAIRLINE_LENGTH_SHARE * size:
         return painted
     return shapely.make_valid(simplify_each(unite([painted, *closed]), SLIVER_WIDTH_SHARE * size))
 

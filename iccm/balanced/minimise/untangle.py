@@ -7,10 +7,10 @@ energy that is finite for folded triangles.
 
 import numpy as np
 
-from ...arrays import Complex, Flags, Real
-from ...linalg.cholesky import BlockPattern
-from .energy import Objective, RestShapes, least_determinant
-from .newton import System, Workspace, descend, quadratic_step
+from ...arrays import Complex, Flags, Index, Real
+from ...linalg.cholesky import BlockPattern, Factor, back_substitute, factorise, system_of
+from .energy import Objective, RestShapes, geometry, least_determinant
+from .newton import System, descend, quadratic_step
 from .sliding import Constraints
 
 LEAST_WEIGHT = 0.08  # of an edge: cotangents of obtuse angles are negative and would cause folds
@@ -40,17 +40,44 @@ def springs(gradients: Complex, areas: Real) -> Real:
     return np.maximum(-4 * areas[:, None] * (a.real * b.real + a.imag * b.imag), LEAST_WEIGHT)
 
 
-def _pull(pattern: BlockPattern, weights: Real, u: Complex, space: Workspace) -> None:
+def _pull(pattern: BlockPattern, weights: Real, u: Complex, matrix: Real, gradient: Complex) -> None:
     """Fill in the derivatives of the energy ½ Σ w |u_i - u_j|² of springs with weights (m, 3)."""
     tails, heads = pattern.corners[:, (1, 2, 0)].ravel(), pattern.corners[:, (2, 0, 1)].ravel()
     pairs, weights = pattern.slots[:, (4, 2, 1)].ravel(), weights.ravel()
     stiffness = -np.bincount(pairs, weights, pattern.columns.size)
     stiffness[pattern.diagonal] = np.bincount(tails, weights, u.size) + np.bincount(heads, weights, u.size)
-    space.matrix[:] = 0.0
-    space.matrix[:, 0] = space.matrix[:, 3] = stiffness
+    matrix[:] = 0.0
+    matrix[:, 0] = matrix[:, 3] = stiffness
     pull = weights * (u[tails] - u[heads])
-    for part, filled in ((pull.real, space.gradient.real), (pull.imag, space.gradient.imag)):
+    for part, filled in ((pull.real, gradient.real), (pull.imag, gradient.imag)):
         filled[:] = np.bincount(tails, part, u.size) - np.bincount(heads, part, u.size)
+
+
+def harmonic(w: Complex, faces: Index, fixed: Flags, values: Complex) -> Complex:
+    """Return (n,) the discrete harmonic function with given values at some vertices.
+
+    Args:
+        w: (n,) vertices.
+        faces: (m, 3) triangles.
+        fixed: (n,) vertices with given values.
+        values: (n,) values, of which those at fixed vertices are used.
+    """
+    pattern = system_of(faces, np.arange(0), w.size)
+    # The corners are in the order of elimination, which reverses some triangles.
+    gradients, areas = geometry(w, pattern.corners)
+    out = np.where(fixed, values, 0)
+    matrix, gradient = np.zeros((pattern.columns.size, 4)), np.zeros(w.size, np.complex128)
+    _pull(pattern, springs(gradients, np.abs(areas)), out, matrix, gradient)
+    is_fixed_row = fixed[pattern.order]
+    rows = np.repeat(np.arange(w.size), np.diff(pattern.starts))
+    matrix[is_fixed_row[rows] | is_fixed_row[pattern.columns]] = 0
+    matrix[pattern.diagonal[fixed]] = [1, 0, 0, 1]
+    gradient[fixed] = 0
+    factor, step = Factor.of(pattern), np.zeros(w.size, np.complex128)
+    if not factorise(pattern, matrix, gradient, factor):
+        raise ValueError("part of the mesh has no vertex with a given value")
+    back_substitute(pattern, factor, step)
+    return out + step
 
 
 def _epsilon(least: float, previous: float, shrink: float) -> float:
@@ -93,7 +120,8 @@ def untangle(
 
     if harmonic:
         u[~fixed] = 0
-        _pull(pattern, springs(rest.gradients, rest.weights), u, system.workspace)
+        matrix, gradient = system.workspace.matrix, system.workspace.gradient
+        _pull(pattern, springs(rest.gradients, rest.weights), u, matrix, gradient)
         quadratic_step(system, u, np.zeros(constraints.kinds.size))
     epsilon, shrink, best_images, best = -1.0, 1.0, u.copy(), 0.0
     highest: list[float] = []  # least determinant so far

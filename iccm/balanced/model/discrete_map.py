@@ -297,7 +297,7 @@ class DiscreteMap(MeshMap):
         weights = self._weights(weighed)
         gradients, areas = rest_geometry(self.z, self.u, self.faces, (self.metrics[0], None))
         image = triangle_areas(u[self.faces])
-        folded = image * (areas @ weights) < thin * areas * weights * image.sum()
+        folded = image * (areas * weights).sum() < thin * areas * weights * image.sum()
         with suppress(Tangled):
             return replace(self, u=unfold(u, self.faces, fixed, folded, gradients, areas, weights, most))
         return self._untangle(u, fixed, weights, harmonic=False, steps=steps, polish=polish)

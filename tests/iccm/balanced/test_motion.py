@@ -1,5 +1,9 @@
 """Maps that are moved along with their outlines."""
 
+import os
+import platform
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +12,8 @@ import shapely
 
 import iccm
 from iccm.balanced.errors import NoMapError
-from iccm.balanced.motion import carry_map, harmonic, is_reshaped, match_outlines
+from iccm.balanced.minimise.untangle import harmonic
+from iccm.balanced.motion import carry_map, is_reshaped, match_outlines
 from iccm.curve import Curve
 from iccm.plane import triangle_areas
 from tests.cases import slow
@@ -42,13 +47,13 @@ def test_a_limb_that_moves_is_followed():
 
 def test_harmonic_functions_obey_the_maximum_principle():
     map = iccm.fit(DISC, 2 * DISC).map
-    border = np.concatenate(map.loops)
-    given = np.where(np.isin(np.arange(map.source.size), border), 1 + 2j, 0)
+    fixed = np.isin(np.arange(map.source.size), np.concatenate(map.loops))
     # translations are exact
-    assert np.abs(harmonic(map.source, map.faces, border, given) - (1 + 2j)).max() < 1e-12
-    values = harmonic(map.source, map.faces, border, np.where(given != 0, map.source**2, 0))
+    given = np.where(fixed, 1 + 2j, 0)
+    assert np.abs(harmonic(map.source, map.faces, fixed, given) - (1 + 2j)).max() < 1e-12
+    values = harmonic(map.source, map.faces, fixed, np.where(fixed, map.source**2, 0))
     assert np.abs(values - map.source**2).max() < 0.1  # z² is harmonic; the weights are clamped from below
-    assert np.abs(values).max() <= np.abs(map.source[border] ** 2).max() + 1e-12
+    assert np.abs(values).max() <= np.abs(map.source[fixed] ** 2).max() + 1e-12
 
 
 def test_maps_of_the_same_shapes_are_unchanged_and_other_holes_refused():
@@ -144,3 +149,29 @@ def test_a_map_onto_moved_outlines_costs_little_more_than_one_from_scratch_whate
     carried = iccm.fit(source, moved, fit="whole", balance=balance, start=start)
     alone = iccm.fit(source, moved, fit="whole", balance=balance)
     assert carried.status.ok and carried.energies[-1]["total"] < 1.1 * alone.energies[-1]["total"]
+
+
+MOVED = """
+import hashlib
+import iccm
+from iccm.balanced.motion import carry_map
+from tests.iccm.balanced.test_motion import DISC, figure
+fit = iccm.fit(figure(0).z, 2 * DISC)
+moved = carry_map(fit.map, figure(20), iccm.curve.Curve(2.1 * DISC))
+print(hashlib.sha256(moved.source.tobytes() + moved.image.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    platform.machine() not in ("x86_64", "AMD64"), reason="its name of a processor is for x86-64"
+)
+def test_a_moved_map_is_the_same_on_every_processor():
+    """OpenBLAS has other sums for every kind of processor; Prescott's run on all of them."""
+    kernels = ({}, {"OPENBLAS_CORETYPE": "Prescott"})
+    runs = [
+        subprocess.run([sys.executable, "-c", MOVED], env=os.environ | kernel, capture_output=True, text=True)
+        for kernel in kernels
+    ]
+    digests = {run.stdout for run in runs}
+    assert len(digests) == 1 and digests != {""}, [run.stderr for run in runs]
