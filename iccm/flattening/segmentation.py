@@ -76,7 +76,13 @@ class Chart:
 
 
 def charts_of(
-    piece: Patch, *, grow: bool, method: str, charts: Charts = "auto", max_distortion: float | None = None
+    piece: Patch,
+    *,
+    grow: bool,
+    method: str,
+    charts: Charts = "auto",
+    max_distortion: float | None = None,
+    standing: bool = False,
 ) -> list[Chart]:
     """Flatten a piece, into one chart, or if that is too distorted, into more.
 
@@ -87,6 +93,8 @@ def charts_of(
         charts: "one" keeps one chart wherever it flattens, as "lscm" always does.
         max_distortion: bound of the 95th percentile of the dilatation; None for MAX_DISTORTION on hard surfaces, and
             MAX_ORGANIC_DISTORTION on others.
+        standing: whether parts of a net are only joined where the model's up is the same on both, for pictures that
+            have an up; seams are longer.
 
     Raises:
         InputError: it is closed or has handles, and may not be cut.
@@ -115,7 +123,7 @@ def charts_of(
     if dilated(whole) < EXACT_DILATATION or ends_search():
         return whole
     bound = max_distortion or MAX_DISTORTION
-    choices = [whole, *_nets_of_lengths(surface, method)]
+    choices = [whole, *_nets_of_lengths(surface, method, standing)]
     return min(choices, key=lambda layouts: _cost(layouts, bound))
 
 
@@ -191,7 +199,7 @@ def _extent(chart: Chart) -> Real:
     return np.abs(np.diff(corners))[:2] if corners.size == 5 else np.array([np.ptp(corners.real), 0.0])
 
 
-def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
+def _nets_of_lengths(surface: Faceted, method: str, standing: bool) -> Iterator[list[Chart]]:
     """Yield nets whose charts may be of any length, and shorter ones as long as these differ and texture is wasted."""
     side = float(np.sqrt(surface.piece.areas.sum()))
     solved = dict[bytes, list[Chart]]()
@@ -199,7 +207,7 @@ def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
     for sides in LONGEST_CHART_SIDES:
         if longest is not None and sides * side >= longest:
             continue  # the nets would be the same
-        nets = _nets(surface, method, sides * side, solved)
+        nets = _nets(surface, method, sides * side, solved, standing)
         if nets is None:
             return
         yield nets
@@ -209,14 +217,14 @@ def _nets_of_lengths(surface: Faceted, method: str) -> Iterator[list[Chart]]:
 
 
 def _nets(
-    surface: Faceted, method: str, longest: float, solved: dict[bytes, list[Chart]]
+    surface: Faceted, method: str, longest: float, solved: dict[bytes, list[Chart]], standing: bool
 ) -> list[Chart] | None:
     """Return the nets of a surface, and its parts that are not developable, each as one chart; None if too many.
 
     Nets are not made longer than `longest`, in the unit of the surface. Parts that are not developable are the same
     whatever that is, so the charts of each are kept in `solved`, by its triangles.
     """
-    net = surface.net(longest)
+    net = surface.net(longest, standing=standing)
     if net is None:
         return None
     charts = list[Chart]()

@@ -18,6 +18,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Flags, Index, Real, complex_of, unit_vectors, xy_of
+from ..meshes.flatten import LEAST_STEEP_SHARE
 from ..meshes.mesh import face_angles
 from ..meshes.patch import Patch
 from ..meshes.stretch import SLIVER_HEIGHT_SHARE
@@ -37,6 +38,8 @@ MOST_TIPS = 2
 """Vertices of a smooth part whose defect does not count: the tips of cones, from which a seam starts anyway."""
 EQUAL_SHARE = 1e-7
 """Share of the surface's size by which equal lengths and positions may differ, by noise and rounding."""
+MOST_TURNED_DEGREES = 50.0
+"""Angle between the model's up on two parts of a chart: a picture on a net with larger ones would lie on its side."""
 CLOSED_GAP_SHARE = 0.02
 """Share of an edge's length by which its two sides may lie apart in a net; they are joined, which stretches the
 triangles beside it by about as much."""
@@ -156,15 +159,16 @@ class Faceted:
         area = self.piece.areas
         return float(area[self.developable[self.part]].sum() / area.sum())
 
-    def net(self, longest: float = np.inf) -> Net | None:
+    def net(self, longest: float = np.inf, *, standing: bool = False) -> Net | None:
         """Unfold the surface; each part that is not developable is a chart, with positions of no meaning.
 
-        Regions are not joined to charts whose box has a diagonal above `longest`, in the unit of the surface. Returns
-        None where there are too many regions.
+        Regions are not joined to charts whose box has a diagonal above `longest`, in the unit of the surface; if the
+        net is `standing`, nor across hard edges to charts where the model's up is in another direction. Returns None
+        where there are too many regions.
         """
         if self.region.max() >= MOST_REGIONS:
             return None
-        growth = _Growth(self, longest)
+        growth = _Growth(self, longest, standing)
         growth.join(within=self.part)
         growth.join(within=None)
         chart, flat = growth.unit, growth.flat
@@ -189,7 +193,7 @@ class _Growth:
         flat: (m, 3) positions of corners in the plane of the unit.
     """
 
-    def __init__(self, surface: Faceted, longest: float) -> None:
+    def __init__(self, surface: Faceted, longest: float, standing: bool) -> None:
         self._surface, piece = surface, surface.piece
         region = surface.region
         bent = ~surface.developable[surface.part]
@@ -209,7 +213,8 @@ class _Growth:
         middle = piece.points[piece.faces].mean(axis=1) @ GENERIC_DIRECTION
         middle = np.bincount(self._region, middle * piece.areas) / np.maximum(area, 1e-300)
         self._area, self._place = area, middle
-        self._longest = longest
+        self._ups = self._steepest(piece)
+        self._longest, self._standing = longest, standing
 
     def _shrunk_outlines(self) -> np.ndarray:
         """Return (r,) the regions' polygons, drawn in a little."""
@@ -222,6 +227,21 @@ class _Growth:
         )
         width = 2 * shapely.area(outlines) / np.maximum(shapely.length(outlines), 1e-300)
         return shapely.buffer(outlines, -SHRUNK_SHARE * width, join_style="mitre")
+
+    def _steepest(self, piece: Patch) -> Complex:
+        """Return (r,) the model's up seen in each region, times its area; short where the region is horizontal."""
+        height = piece.points[:, piece.mesh.up_axis]
+        ups = np.zeros(self._count, complex)
+        a, b, c = self.flat.T
+        for first, second, k in (
+            (b, c, 0),
+            (c, a, 1),
+            (a, b, 2),
+        ):  # the gradient of the height, times the area
+            ups += _complex_sums(
+                self._region, 0.5j * height[piece.faces[:, k]] * (second - first), self._count
+            )
+        return ups
 
     def _joints(self) -> None:
         """Collect the joints: pairs of regions with common edges, which lie on one line as both are planar."""
@@ -286,6 +306,7 @@ class _Growth:
         """Join free units to a root, over the longest joints first; `owner` (r,) and `free` are changed."""
         twin = self._surface.piece.triangles.twin
         covered = _Covered(self._outlines[regions[root]])
+        up, area = self._ups[regions[root]].sum(), self._area[regions[root]].sum()
         heap = list[tuple[int, int, int, int]]()
 
         def reach(new_regions: Iterable[int], depth: int) -> None:
@@ -303,16 +324,27 @@ class _Growth:
             if unit == root or not free[unit] or (part is not None and part[unit] != part[root]):
                 continue
             factor, shift = self._motion(edge, opposite)
+            ups = factor * self._ups[regions[unit]]
+            if self._standing and part is None and self._is_turned(ups.sum(), regions[unit], up, area):
+                continue
             moved = _moved(self._outlines[regions[unit]], factor, shift)
             is_long = np.isfinite(self._longest) and covered.extent_with(moved) > self._longest
             if is_long or covered.meets(moved):
                 continue
             covered.add(moved)
-            self._outlines[regions[unit]] = moved
+            self._outlines[regions[unit]], self._ups[regions[unit]] = moved, ups
+            up, area = up + ups.sum(), area + self._area[regions[unit]].sum()
             triangles = np.concatenate([self._members[region] for region in regions[unit]])
             self.flat[triangles] = factor * self.flat[triangles] + shift
             owner[regions[unit]], free[unit] = root, False
             reach(regions[unit], depth + 1)
+
+    def _is_turned(self, up: complex, regions: list[int], chart_up: complex, chart_area: float) -> bool:
+        """Return whether regions with a sum of `up` would not be upright in a chart with one of `chart_up`."""
+        is_horizontal = abs(up) < LEAST_STEEP_SHARE * self._area[regions].sum()
+        if is_horizontal or abs(chart_up) < LEAST_STEEP_SHARE * chart_area:
+            return False
+        return abs(np.angle(up * np.conj(chart_up), deg=True)) > MOST_TURNED_DEGREES
 
     def _motion(self, edge: int, opposite: int) -> tuple[complex, complex]:
         """Return the rotation and translation that put the side of an edge onto its opposite side."""
@@ -398,6 +430,10 @@ def _projected(piece: Patch, region: Index, normals: Real) -> Complex:
     return np.einsum("mki,mi->mk", corners, right[region]) + 1j * np.einsum(
         "mki,mi->mk", corners, ahead[region]
     )
+
+
+def _complex_sums(region: Index, values: Complex, count: int) -> Complex:
+    return complex_of(np.column_stack([np.bincount(region, part, count) for part in xy_of(values).T]))
 
 
 def _sums(region: Index, vectors: Real) -> Real:

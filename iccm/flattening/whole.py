@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Index
-from ..meshes.flatten import Flattening, upright
+from ..meshes.flatten import Flattening, stand_upright, upright
 from ..meshes.mesh import Mesh
 from ..meshes.packing import pack
 from ..meshes.patch import Patch
@@ -25,6 +25,7 @@ def flatten_each(
     method: str,
     charts: Charts = "auto",
     max_distortion: float | None = None,
+    standing: bool = False,
 ) -> list[list[Flattening]]:
     """Flatten pieces one by one into one or more charts; copies of a piece are flattened alike.
 
@@ -32,7 +33,7 @@ def flatten_each(
         pieces: valid pieces, see `meshes.disk_patch.sound_piece`.
         grow: whether pieces that are closed, or nearly so, may be cut.
         method: see `flattening.flatten`.
-        charts, max_distortion: see `segmentation.charts_of`.
+        charts, max_distortion, standing: see `segmentation.charts_of`.
 
     Returns:
         For each piece its charts, which contain all of its triangles.
@@ -48,10 +49,19 @@ def flatten_each(
             original, parts = originals[key]
             layouts.append([_of_copy(piece, original, part) for part in parts])
             continue
-        parts = charts_of(piece, grow=grow, method=method, charts=charts, max_distortion=max_distortion)
+        parts = charts_of(
+            piece,
+            grow=grow,
+            method=method,
+            charts=charts,
+            max_distortion=max_distortion,
+            standing=standing,
+        )
         originals[key] = piece, parts
         layouts.append([part.layout for part in parts])
-    return layouts
+    if not standing:
+        return layouts
+    return [[stand_upright(layout) for layout in of_piece] for of_piece in layouts]
 
 
 def _of_copy(copy: Patch, piece: Patch, chart: Chart) -> Flattening:

@@ -23,6 +23,17 @@ LARGE_VERTEX_COUNT = (
     20_000  # vertices from which libigl is slower: it is at 35,000, and is not at 9,000 (measured)
 )
 
+LEAST_STEEP_SHARE = 0.1
+"""Mean sine of the slope of a surface below which it counts as horizontal: 6 degrees."""
+FRONT_PREFERENCE = 0.1
+"""Weight that faces gain that look to the front, relative to others."""
+DIRECTION_SHARPNESS = 16
+"""Power of the cosine by which a direction counts for others: half at 17 degrees."""
+SAME_DIRECTION_DEGREES = 30
+"""Angle between directions of which the mean is taken."""
+STRAIGHT_SHARE = 0.5
+"""Share of the boundary that must be along one direction, or at right angles to it, to count as straight."""
+
 
 @dataclass(frozen=True, eq=False)
 class Flattening:
@@ -310,6 +321,71 @@ def upright(patch: Patch, flat: Complex) -> Complex:
     flat_area = np.abs(triangle_areas(flat[patch.faces])).sum()
     scale = np.sqrt(area.sum() / flat_area) if flat_area > 0 else 1.0
     return centred * scale * rotation(centred, weight * projected)
+
+
+def stand_upright(layout: Flattening) -> Flattening:
+    """Return a layout rotated so that the model's up is up on as much of the surface as possible.
+
+    It is the direction of most of the surface, not the mean: the sides of a box that hang on its lid in a net point in
+    four directions, and one of them is upright rather than all slanted. On layouts of horizontal surfaces, the model's
+    back is up, or a straight edge near that direction.
+    """
+    patch = layout.patch
+    axis = patch.mesh.up_axis
+    rows = np.eye(3)
+    up, front = rows[axis], rows[2] if axis == 1 else -rows[1]
+    steepest = _gradients(layout, up)
+    if np.abs(steepest).sum() >= LEAST_STEEP_SHARE * patch.areas.sum():
+        # of directions with equal areas, that of the front wins
+        corners = patch.points[patch.faces]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facing = normals @ (front + 0.1 * np.cross(up, front)) / np.maximum(2 * patch.areas, 1e-300)
+        direction = _main_direction(steepest * (1 + FRONT_PREFERENCE * facing))
+    else:
+        direction = _along_edges(layout, _main_direction(_gradients(layout, -front)))
+    factor = 1j * np.conj(direction)
+    even = layout.even and replace(layout.even, flat=layout.even.flat * factor)
+    return replace(layout, flat=layout.flat * factor, even=even)
+
+
+def _gradients(layout: Flattening, direction: Real) -> Complex:
+    """Return (m,) gradients in the plane of the coordinate along a direction (3,), times the areas in space."""
+    patch = layout.patch
+    z, height = layout.flat[patch.faces], (patch.points @ direction)[patch.faces]
+    opposite = np.roll(z, -2, axis=1) - np.roll(z, -1, axis=1)
+    doubled = 2 * np.maximum(triangle_areas(z), 1e-300)
+    gradient = 1j * (height * opposite).sum(axis=1) / doubled
+    # slivers have no reliable gradient; on an isometric layout, it is at most one
+    return patch.areas * gradient / np.maximum(np.abs(gradient), 1)
+
+
+def _main_direction(vectors: Complex) -> complex:
+    """Return the unit number of the direction in which most of some vectors (k,) point; 1j without any."""
+    weight = np.abs(vectors)
+    degrees = np.rint(np.degrees(np.angle(vectors))).astype(np.int64) % 360
+    share = np.bincount(degrees, weight, 360)
+    near = np.maximum(np.cos(np.radians(np.arange(360))), 0) ** DIRECTION_SHARPNESS
+    votes = np.fft.ifft(np.fft.fft(share) * np.fft.fft(near)).real
+    main = np.exp(1j * np.radians(int(np.argmax(votes))))
+    around = (vectors * np.conj(main)).real > np.cos(np.radians(SAME_DIRECTION_DEGREES)) * weight
+    mean = complex(vectors[around].sum())
+    return mean / abs(mean) if abs(mean) > 0 else 1j
+
+
+def _along_edges(layout: Flattening, direction: complex) -> complex:
+    """Return the direction of straight boundary edges, or at right angles to them, that is the nearest to another.
+
+    It is `direction` itself where the boundary has no main direction.
+    """
+    shape = layout.patch.triangles
+    rim = shape.twin < 0
+    edges = layout.flat[shape.head[rim]] - layout.flat[shape.tail[rim]]
+    length = np.abs(edges)
+    crossed = complex((edges**4 / np.maximum(length, 1e-300) ** 3).sum())  # quarter turns make no difference
+    if abs(crossed) < STRAIGHT_SHARE * length.sum():
+        return direction
+    along = np.exp(1j * np.angle(crossed) / 4)
+    return complex(max(along * 1j ** np.arange(4), key=lambda z: (z * np.conj(direction)).real))
 
 
 def weighted_percentiles(values: Real, weight: Real, percents: tuple[int, ...]) -> list[float]:

@@ -24,8 +24,8 @@ from .outputs.new_uvs import pull_back
 from .state import Run
 
 GOOD_STRETCH = 1.5
-"""Cost of an outline's map below which the charts are not packed inside the picture: a map of that cost looks even,
-and shows the whole picture."""
+"""Cost of the map onto a sheet's outline below which the sheet is not laid out inside the picture: a map of that cost
+looks even, and shows the whole picture. On a surface that was cut open, no one sees the picture as a whole."""
 BARE_BOX_SHARE = 0.02
 """Share of its box that a photo may leave out, as at rounded corners."""
 WORTHWHILE_DECREASE_SHARE = 0.05
@@ -63,7 +63,8 @@ def solve_or_lay_out(run: Run, solve: Callable[[Run], None]) -> None:
             raise failure
         return
     cost = np.inf if failure or run.job.place == "slice" else cost_of(run)
-    if cost <= GOOD_STRETCH:
+    is_cut = len(as_mesh(run.target).flattening.patch.seam) > 0
+    if not is_cut and cost <= GOOD_STRETCH:
         return
     try:
         target = run.inputs.layout_inside(run.job.target or "", run.source)

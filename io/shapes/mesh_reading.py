@@ -153,7 +153,7 @@ def read_whole(
         opened: the file, if it was opened before.
         method: of flattening; see `flattening.flatten`.
         margin: distance between charts, in texels of a texture of 1024.
-        region: where to pack charts without rotating them; None for a square, with rotations.
+        region: where to pack upright charts for a picture; None for a square, with rotations.
         box: of pictures in this plane, if there is a region.
         single: whether to return a mesh of one piece, too; otherwise None.
         charts, max_distortion: see `segmentation.charts_of`.
@@ -181,7 +181,12 @@ def read_whole(
         none = f"{files[0].mesh.name}: no face has an area; does the file contain only lines?"
         raise InputError(faults[0] if faults else none)
     charts_of_pieces = flatten_each(
-        pieces, grow=cut, method=method, charts=charts, max_distortion=max_distortion
+        pieces,
+        grow=cut,
+        method=method,
+        charts=charts,
+        max_distortion=max_distortion,
+        standing=region is not None,
     )
     if len(files) == len(pieces) == len(charts_of_pieces[0]) == 1 and not region:
         return _one_chart(spec, files[0], pieces[0], _compact(charts_of_pieces[0][0]))

@@ -10,6 +10,7 @@ import trimesh
 from iccm.arrays import xy_of
 from iccm.flattening.segmentation import charts_of, dilated
 from iccm.flattening.unfolding import Faceted
+from iccm.flattening.whole import flatten_each
 from iccm.meshes.disk_patch import sound_piece
 from iccm.meshes.flatten import overlap
 from iccm.meshes.mesh import Mesh
@@ -85,6 +86,35 @@ def test_a_box_is_cut_along_its_shortest_edges(size):
     total = 4 * (long + middle + short)
     charts = nets(piece_of(trimesh.creation.box(size)))
     assert len(charts) == 1 and length(charts) == pytest.approx(total - 3 * long - 2 * middle)
+
+
+def up_in(layout, axis):
+    """The direction of the model's up on each triangle in the plane, and the slope's sine."""
+    piece = layout.patch
+    corners, z = piece.points[piece.faces], layout.flat[piece.faces]
+    height = corners[..., axis]
+    edges = np.roll(z, -2, axis=1) - np.roll(z, -1, axis=1)
+    return 1j * (height * edges).sum(axis=1) / (2 * piece.areas)
+
+
+@pytest.mark.parametrize("name", ["cube", "plank", "stairs", "arrow"])
+def test_a_picture_is_upright_on_all_sides_of_standing_nets(name):
+    (charts,) = flatten_each([piece_of(SHAPES[name])], grow=True, method="balanced", standing=True)
+    ups = np.concatenate([up_in(layout, 1) for layout in charts])
+    assert sum(len(layout.patch.faces) for layout in charts) == len(SHAPES[name].faces)
+    steep = np.abs(ups) > 0.1
+    assert steep.any() and np.abs(np.angle(ups[steep]) - np.pi / 2).max() < np.radians(1)
+
+
+def test_a_floor_is_laid_along_its_edges():
+    """Its sides are turned by 20 degrees in the model; the picture follows them, with the model's back up."""
+    floor = trimesh.Trimesh([[0, 0, 0], [5, 0, 0], [5, 0, -2], [0, 0, -2]], [[0, 1, 2], [0, 2, 3]])
+    floor.apply_transform(trimesh.transformations.rotation_matrix(np.radians(20), (0, 1, 0)))
+    ((layout,),) = flatten_each([piece_of(floor)], grow=True, method="balanced", standing=True)
+    sides = layout.flat[np.roll(layout.loop, -1)] - layout.flat[layout.loop]
+    assert np.abs(sides.real * sides.imag).max() < 1e-9
+    back = up_in(layout, 2)  # z is to the front
+    assert np.abs(np.angle(-back) - np.pi / 2).max() < np.radians(21)
 
 
 def test_a_cylinder_becomes_a_strip_and_two_lids():
