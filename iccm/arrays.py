@@ -72,9 +72,10 @@ def xy_of(z: Complex) -> Real:
     return np.stack([z.real, z.imag], axis=-1)
 
 
-def complex_of(xy: Real) -> Complex:
+def complex_of(xy: ArrayLike) -> Complex:
     """Return complex numbers (...) from pairs (..., 2) of real and imaginary parts."""
-    return xy[..., 0] + 1j * xy[..., 1]
+    pairs = np.asarray(xy, np.float64)
+    return pairs[..., 0] + 1j * pairs[..., 1]
 
 
 def unit_vectors(vectors: Real) -> Real:
