@@ -74,7 +74,7 @@ def offer(session: Session, unsaved: Unsaved | None) -> None:
     """Have the page ask whether to restore unsaved changes from an earlier session."""
     if unsaved is None or unsaved.scene == session.pair.first:
         return
-    session.unsaved_scene = unsaved.scene
+    session.unsaved_scene, session.unsaved_when = unsaved.scene, unsaved.when
     if unsaved.start:
         with suppress(InputError):  # the files have changed: start from scratch
             session.begin(unsaved.scene, unsaved.start)

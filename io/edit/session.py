@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from datetime import datetime
 from typing import Any, Literal
 
 import numpy as np
@@ -91,6 +92,7 @@ class Session:
         self.view = PageView(self.pair)
         self.scene = self.saved = self.pair.first
         self.unsaved_scene: Scene | None = None
+        self.unsaved_when: datetime | None = None
         self.written: set[str] = set()
         self._files: tuple[_Content, dict[str, str]] | None = None
         self._fit: Fit | None = None
@@ -108,7 +110,8 @@ class Session:
 
     def take_over(self, previous: Session) -> None:
         """Take over the edits from a session with the same shapes and another texture."""
-        self.scene, self.saved, self.unsaved_scene = previous.scene, previous.saved, previous.unsaved_scene
+        self.scene, self.saved = previous.scene, previous.saved
+        self.unsaved_scene, self.unsaved_when = previous.unsaved_scene, previous.unsaved_when
         self.written, self._choices, self._files = previous.written, previous._choices, previous._files
 
     def note_files(self, scene: Scene, fields: dict[str, str]) -> None:
@@ -148,7 +151,8 @@ class Session:
         """Return what the page needs to know before it draws: the pair, and the scenes."""
         scenes = {"scene": self.scene, "saved": self.saved, "left": self.unsaved_scene}
         dumped = {name: _dumped(scene) for name, scene in scenes.items()}
-        return as_json({**self.view.describe(), **dumped})
+        when = self.unsaved_when.isoformat() if self.unsaved_when else ""
+        return as_json({**self.view.describe(), **dumped, "left_when": when})
 
     def begin(self, scene: Scene, start: StartingMap) -> None:
         """Set the map that the map of a scene continues from.

@@ -8,7 +8,7 @@ import {Editor} from './editor.js';
 import {Fits} from './fits.js';
 import {showFigures} from './figures.js';
 import {fileName} from './geometry.js';
-import {contentOf, History, showHistory} from './history.js';
+import {contentOf, History, leftSentence, showHistory} from './history.js';
 import {listenToKeys} from './keys.js';
 import {listenToLandmarks} from './landmarks.js';
 import {listenToLattice} from './lattice.js';
@@ -122,6 +122,7 @@ async function begin(hello) {
   document.body.classList.remove('ended');
   editor.saved = contentOf(hello.saved);
   byId('left').hidden = !hello.left || contentOf(hello.left) === contentOf(editor.scene);
+  byId('left-what').textContent = hello.left ? leftSentence(hello.left, new Date(hello.left_when)) : '';
   button('go-on').onclick = () => {
     byId('left').hidden = true;
     if (!hello.left) return;

@@ -121,6 +121,19 @@ export function describeChange(before, after) {
 }
 
 /**
+ * Describe what an earlier session on this computer left unsaved.
+ * @param {Scene} scene
+ * @param {Date} when it was last changed
+ */
+export function leftSentence({pins, strokes, rigid}, when) {
+  const kinds = /** @type {[string, unknown[]][]} */ ([['pin', pins], ['stroke', strokes], ['rigid region', rigid]]);
+  const counts = kinds.filter(([, items]) => items.length).map(([word, {length}]) => `${length} ${word}${length === 1 ? '' : 's'}`);
+  const what = counts.join(', ').replace(/, ([^,]*)$/, ' and $1') || 'Settings', isOne = what.startsWith('1 ') && counts.length === 1;
+  const date = when.toLocaleString([], {dateStyle: 'medium', timeStyle: 'short'});
+  return `${what} of ${date} ${isOne ? 'was' : 'were'} not saved.`;
+}
+
+/**
  * @param {string} word
  * @param {string} made
  * @param {unknown[]} before

@@ -115,6 +115,8 @@ export interface Hello {
   scene: Scene;
   saved: Scene;
   left: Scene | null;
+  /** When it was last changed: an ISO 8601 date and time; empty if nothing is left. */
+  left_when: string;
   notes: string[];
   edge: string;
   filter: string;

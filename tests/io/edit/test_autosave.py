@@ -2,6 +2,7 @@
 
 import os
 import stat
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,9 @@ def test_what_was_not_saved_is_there_again_with_the_map_it_goes_on_from(shapes, 
     again, left = Session(JOB), autosave.read(JOB)
     autosave.offer(again, left)
     assert (left.port, left.token) == AT and again.scene == again.pair.first
-    assert again.describe()["left"] == SCENE.model_dump(mode="json")
+    said = again.describe()
+    assert said["left"] == SCENE.model_dump(mode="json")
+    assert datetime.fromisoformat(said["left_when"]) == left.when
     again.solve(SCENE)
     assert np.array_equal(again._map.image, edited._map.image)
     if os.name != "nt":

@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import {test} from 'node:test';
 
 import {figureRows, rounded} from '../../../../io/edit/page/figures.js';
+import {leftSentence} from '../../../../io/edit/page/history.js';
 import {pinHue, strokeHue} from '../../../../io/edit/page/hues.js';
 import {readFrame} from '../../../../io/edit/page/link.js';
 import {numbersIn} from '../../../../io/edit/page/list.js';
@@ -51,4 +52,13 @@ test('the first pins, and the first strokes, have hues that differ', () => {
   for (const a of hues) for (const b of hues) assert.ok(a === b || Math.abs(a - b) > 15);
   const strokes = Array.from({length: 4}, (_, k) => strokeHue(k));
   for (const a of hues) for (const b of strokes) assert.ok(Math.abs(a - b) > 10, `${a} ${b}`);
+});
+
+test('what an earlier session left says what it is and when it was changed', () => {
+  const when = new Date(2026, 10, 3, 9, 5), nothing = {pins: [], strokes: [], rigid: [], balance: 1, turn: 0, fit: 'auto'};
+  /** @type {import('../../../../io/edit/page/types.d.ts').Pin} */
+  const pin = {name: '', weight: 1, source: [0, 0], target: [1, 1], turn: null};
+  assert.match(leftSentence({...nothing, pins: [pin, pin], rigid: ['eye']}, when), /^2 pins and 1 rigid region of .*2026/);
+  assert.match(leftSentence({...nothing, rigid: ['eye']}, when), /^1 rigid region of .* was /);
+  assert.match(leftSentence(nothing, when), /2026/);
 });
