@@ -56,7 +56,7 @@ FITS: dict[str, FitMode] = {
     "auto": FitMode(
         "Automatic",
         "what fits best",
-        "the one of these that distorts and hides least",
+        "the best of these by a cost: distortion, most of all of faces and words, and what is hidden or bare",
         ("source", "target"),
         compares=True,
     ),

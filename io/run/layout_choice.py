@@ -24,7 +24,7 @@ from .outputs.new_uvs import pull_back
 from .state import Run
 
 GOOD_STRETCH = 1.5
-"""Cost of the map onto a sheet's outline below which the sheet is not laid out inside the picture: a map of that cost
+"""Cost of the map onto a sheet's outline below which the sheet is not placed inside the picture: a map of that cost
 looks even, and shows the whole picture. On a surface that was cut open, no one sees the picture as a whole."""
 BARE_BOX_SHARE = 0.02
 """Share of its box that a photo may leave out, as at rounded corners."""

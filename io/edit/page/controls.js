@@ -31,10 +31,29 @@ export function listenToControls({editor, link, panes, actions}) {
     editor.solve(button('other').dataset.way);
   };
   button('search').onclick = () => editor.search();
+  button('yield').onclick = () => yieldPins(editor, link);
   button('bent-rigid').onclick = () => editor.unbend('rigid');
   button('bent-pin').onclick = () => editor.unbend('pin');
   listenToMapControls(editor);
   listenToSuggestions(editor, link, actions);
+}
+
+/**
+ * Move the target's ends of the pins that the map cannot meet to where the picture is; of equal ones, one is left.
+ * @param {Editor} editor
+ * @param {Link} link
+ */
+async function yieldPins(editor, link) {
+  const pins = (editor.wrong.pins ?? []).map((k) => editor.scene.pins[k]);
+  const {points, error} = await link.ask({type: 'place', side: 'source', points: pins.map((pin) => pin.source)});
+  if (error || !points) {
+    report(error ?? '', true);
+    return;
+  }
+  pins.forEach((pin, k) => { pin.target = points[k]; });
+  const all = editor.scene.pins, ends = all.map(({source, target}) => JSON.stringify([source, target]));
+  editor.scene.pins = all.filter((_, k) => ends.indexOf(ends[k]) === k);
+  editor.commit();
 }
 
 /** @param {Editor} editor */
@@ -101,6 +120,9 @@ export function showControls(editor, hello) {
   const shortCount = scene.pins.filter((pin) => editor.wanted(pin)).length;
   button('search').hidden = shortCount === 0;
   button('search').textContent = `Search for a map that reaches ${shortCount > 1 ? 'these places' : 'that place'}`;
+  const missed = editor.kind === 'error' && !editor.busy ? editor.wrong.pins ?? [] : [];
+  button('yield').hidden = missed.length === 0 || !editor.hasMap;
+  button('yield').textContent = `Put pin${missed.length > 1 ? 's' : ''} ${missed.map((k) => k + 1).join(', ')} where the picture is`;
   for (const id of ['bent-rigid', 'bent-pin']) button(id).hidden = editor.bent.length === 0 || editor.busy;
   button('undo').disabled = !history.canUndo;
   button('redo').disabled = !history.canRedo;

@@ -38,6 +38,8 @@ export class Editor {
   #wanted = new Map();
   /** Whether a map is searched that may differ from the one that is seen. */
   searching = false;
+  /** Whether there has been a map, which stays on the page if a later one is not found. */
+  hasMap = false;
   /** The kind of the last map. */
   kind = '';
   /** Sequence numbers of the last map requested, and of the last one received. */
@@ -248,6 +250,7 @@ export class Editor {
     }
     if (message.pins) this.#stopShort(message.short ?? [], message.pins);
     if (message.kind === 'coarse' || message.kind === 'full') {
+      this.hasMap = true;
       this.regions = message.figures.regions ?? [];
       this.patches = message.patches ?? [];
       this.#other = message.other ?? '';

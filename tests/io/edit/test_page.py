@@ -1109,6 +1109,30 @@ def test_a_pin_that_the_picture_cannot_follow_stops_short_until_its_place_is_sea
     assert edited.settled() == "full" and np.allclose(edited.scene["pins"][0]["target"], (x, y), atol=1)
 
 
+def test_a_pin_that_cannot_be_met_is_put_where_the_picture_is_with_one_click(page):
+    edited = page("rose-leaf", "rose.svg", "leaf.svg", "--texture", "petals.jpg")
+    yield_button = "document.getElementById('yield')"
+    for place in ((259, 156), (230, 190)):
+        edited.click("source", *place)
+        edited.settled()
+    first, second = edited.scene["pins"]
+    seen = edited.picture(200, 200).astype(int)
+    assert edited.js(f"{yield_button}.hidden")
+    field = edited.driver.find_elements("css selector", "#list li:nth-child(2) input")[1]
+    twice = "{}, {} -> {}, {}".format(*first["source"], *second["target"])  # one point to two places
+    field.send_keys(webdriver.Keys.CONTROL, "a", webdriver.Keys.NULL, twice, webdriver.Keys.ENTER)
+    edited.wait(f"!{yield_button}.hidden")
+    assert edited.js("iccm.kind") == "error"
+    edited.js(f"{yield_button}.click()")
+    edited.wait(f"{yield_button}.hidden")
+    assert edited.settled() == "full"
+    (pin,) = edited.scene["pins"]  # the second one is the same now
+    assert pin["source"] == first["source"] and np.allclose(pin["target"], first["target"], atol=1)
+    assert np.abs(edited.picture(200, 200) - seen).mean() < 1
+    edited.key("z", ctrl=True)
+    edited.wait(f"!{yield_button}.hidden")
+
+
 def test_without_a_target_pins_deform_the_shape_as_the_command_does(page, tmp_path, shell):
     edited = page("limbs", "gingerbread.svg", "--texture", "icing.png")
     for x, y in ((256, 256), (256, 110)):
