@@ -65,7 +65,7 @@ lint: $(TESTS) lint-page lint-types
 # mypy must see the package as it is installed, not the folders of the repository: stage it.
 lint-types: $(TESTS)
 	rm -rf build/typecheck && mkdir -p build/typecheck
-	cp -R iccm build/typecheck/iccm && cp -R cli io build/typecheck/iccm
+	cp -R iccm build/typecheck/iccm && cp -R cli extensions io build/typecheck/iccm
 	cd build/typecheck && ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../mypy-cache -p iccm
 
 # The page of `iccm edit`, by eslint and by TypeScript, which checks the types that its comments give. Its unit tests

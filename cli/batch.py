@@ -166,8 +166,8 @@ def _is_shape(name: str) -> bool:
     """Return whether a name is that of a drawing, a picture or a mesh, and therefore not of a manifest."""
     from ..io import formats
 
-    format = formats.FORMATS.get(formats.suffix_of(name))
-    return format is not None and bool(format.drawing or format.picture or format.mesh)
+    format = formats.of(name)
+    return bool(format.drawing or format.picture or format.mesh)
 
 
 def _lacking(name: str, job_options: dict[str, Any]) -> str:

@@ -4,7 +4,8 @@ from pathlib import Path
 
 from setuptools import find_packages
 
-FOLDERS = {"iccm": "iccm", "iccm.io": "io", "iccm.cli": "cli"}  # each including its subpackages
+FOLDERS = {"iccm": "iccm", "iccm.io": "io", "iccm.cli": "cli", "iccm.extensions": "extensions"}
+"""Of the code, each including its subpackages."""
 DATA = {
     "iccm.plugins": "plugins",  # modules for other programs, not importable as a package
     **{f"iccm.samples.{name}": f"samples/{name}" for name in ("limbs", "pins", "strokes")},  # of `iccm init`

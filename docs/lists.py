@@ -18,9 +18,9 @@ from pathlib import Path
 
 from iccm.cli import COMMANDS
 from iccm.fits import FITS, FitMode
-from iccm.io.extras import PURPOSES
+from iccm.io import formats
+from iccm.io.extensions import extras as every_extra
 from iccm.io.figure_table import REPORTS, page_rows, schema_of
-from iccm.io.formats import FORMATS
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -60,13 +60,13 @@ def commands() -> str:
 
 def mesh_formats(*, written: bool) -> str:
     """Return the suffixes of the mesh formats that are written with texture coordinates, or of the others."""
-    suffixes = [suffix for suffix, row in FORMATS.items() if row.mesh and row.uv == written]
+    suffixes = [suffix for suffix, row in formats.every().items() if row.mesh and row.uv == written]
     return ", ".join(f"`{suffix}`" for suffix in suffixes) + ".\n"
 
 
 def extras() -> str:
     """Return the rows of the table of extras."""
-    return "".join(f"| `pip install '.[{name}]'` | {purpose} |\n" for name, purpose in PURPOSES.items())
+    return "".join(f"| `pip install '.[{extra.name}]'` | {extra.purpose} |\n" for extra in every_extra())
 
 
 OTHER_PROGRAMS = {

@@ -17,7 +17,9 @@ LINE_LENGTH = 120
 
 def files() -> dict[Path, str]:
     """Return the text of each `__init__.py` with a complete list of the modules and folders in its package."""
-    paths = sorted(path for part in ("iccm", "io", "cli") for path in (ROOT / part).rglob("__init__.py"))
+    paths = sorted(
+        path for part in ("iccm", "io", "cli", "extensions") for path in (ROOT / part).rglob("__init__.py")
+    )
     return {path: completed(path.read_text(encoding="utf-8"), modules_in(path.parent)) for path in paths}
 
 
@@ -26,7 +28,7 @@ def modules_in(folder: Path) -> dict[str, Path]:
     modules = {path.stem: path for path in folder.glob("*.py") if path.stem != "__init__"}
     packages = [*folder.glob("*/__init__.py")]
     if folder == ROOT / "iccm":  # these are installed in it
-        packages += [ROOT / "io" / "__init__.py", ROOT / "cli" / "__init__.py"]
+        packages += [ROOT / part / "__init__.py" for part in ("io", "cli", "extensions")]
     return modules | {f"{path.parent.name}/": path for path in packages}
 
 

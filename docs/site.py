@@ -63,10 +63,15 @@ HOLDS = {
 
 
 def on_startup(**_: Any) -> None:
-    """Copy the package as installed, with `io` and `cli` inside `iccm`, for the pages of the API."""
+    """Copy the package as installed, with `io`, `cli` and `extensions` inside `iccm`, for the pages of the API."""
     shutil.rmtree(PACKAGE, ignore_errors=True)
     skipped = shutil.ignore_patterns("__pycache__", "lib", "static")
-    for source, name in (("iccm", "iccm"), ("io", "iccm/io"), ("cli", "iccm/cli")):
+    for source, name in (
+        ("iccm", "iccm"),
+        ("io", "iccm/io"),
+        ("cli", "iccm/cli"),
+        ("extensions", "iccm/extensions"),
+    ):
         shutil.copytree(ROOT / source, PACKAGE / name, dirs_exist_ok=True, ignore=skipped)
 
 
@@ -203,7 +208,7 @@ def commands() -> str:
 def contents() -> str:
     """Return the contents of files with each suffix as a table."""
     lines = ["| suffix | contents |", "|---|---|"]
-    for suffix, form in formats.FORMATS.items():
+    for suffix, form in formats.every().items():
         parts = [words for name, words in HOLDS.items() if getattr(form, name)]
         if form.picture:
             parts[0] += f" ({_pixels(form.picture)})"

@@ -50,6 +50,7 @@ fits              the values of the option `fit`
 errors            exceptions
 io/               files: shapes, pictures, meshes, jobs, reports
 cli/              the command line
+extensions/       formats that are found by entry points, each in a folder that can be deleted
 symmetry          mirror symmetry of outlines: how far an outline is from its mirror image, and its axes of symmetry
 figures           figures about a result: distances of outlines, distortion, folds, and the report that collects them
 fit_data          what a result consists of: a map, what was given, notes, and what follows from these at once

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from .. import __version__
 from . import extensions
-from .extras import PURPOSES
 
 if TYPE_CHECKING:
     from packaging.requirements import Requirement
@@ -65,22 +64,22 @@ def _requirements() -> Iterator[Finding]:
     except ImportError as error:  # missing metadata raises an ImportError, too
         yield Finding("requirements", f"{error.name} is not installed", False)
         return
+    purposes = {"": "", **{extra.name: extra.purpose for extra in extensions.extras()}}
     for requirement in listed:
-        extra = next((name for name in ("", *PURPOSES) if _applies(requirement, name)), None)
+        extra = next((name for name in purposes if _applies(requirement, name)), None)
         if extra is not None:
-            yield _library(requirement.name, requirement.specifier, extra)
+            yield _library(requirement.name, requirement.specifier, extra, purposes[extra])
 
 
 def _applies(requirement: Requirement, extra: str) -> bool:
     return requirement.marker is None or requirement.marker.evaluate({"extra": extra})
 
 
-def _library(name: str, versions: SpecifierSet, extra: str) -> Finding:
+def _library(name: str, versions: SpecifierSet, extra: str, purpose: str) -> Finding:
     """Return whether a requirement, of an extra unless that is empty, is installed in a suitable version.
 
     One that iccm always needs is also imported.
     """
-    purpose = PURPOSES.get(extra, "")
     try:
         version = metadata.version(name)
     except metadata.PackageNotFoundError:

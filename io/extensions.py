@@ -1,6 +1,7 @@
-"""Extensions: mesh formats and commands of other packages, found by their entry points.
+"""Extensions: mesh formats and commands that are found by their entry points.
 
-A package declares them in its `pyproject.toml` (docs/developers/extensions.md has an example):
+Some come with iccm, in the folder `extensions`; others are those of other packages. A package declares them in its
+`pyproject.toml` (docs/developers/extensions.md has an example):
 
     [project.entry-points."iccm.formats"]
     off2 = "package:FORMAT"
@@ -19,12 +20,15 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from .extras import EXTRAS, Extra
 
 if TYPE_CHECKING:
     from importlib import metadata
 
 FORMATS_GROUP = "iccm.formats"
 COMMANDS_GROUP = "iccm.commands"
+GROUPS = {FORMATS_GROUP: "format", COMMANDS_GROUP: "command"}
+"""The groups of entry points, with what is in them."""
 REASON_LENGTH = 200  # characters of an extension's message, so that it fits in a line
 
 
@@ -91,15 +95,37 @@ def load(point: metadata.EntryPoint) -> Any:
 
 
 def listed() -> Iterator[tuple[str, str, Exception | None]]:
-    """Yield each extension with its package, and the error if it cannot be loaded."""
-    for group, kind in ((FORMATS_GROUP, "format"), (COMMANDS_GROUP, "command")):
+    """Yield each extension of another package with this package, and the error if it cannot be loaded.
+
+    Those that come with iccm are only listed if they cannot be loaded.
+    """
+    for group, kind in GROUPS.items():
         for point in _entry_points(group).values():
             error = None
             try:
                 load(point)
             except InputError as failure:
                 error = failure
-            yield f"{kind} {point.name}", _origin(point), error
+            if error is not None or not _comes_with_iccm(point):
+                yield f"{kind} {point.name}", _origin(point), error
+
+
+def extras() -> tuple[Extra, ...]:
+    """Return the extras of iccm itself, then those of the extensions that come with it."""
+    found = dict.fromkeys(EXTRAS)
+    for group in GROUPS:
+        for point in filter(_comes_with_iccm, _entry_points(group).values()):
+            try:
+                extra = getattr(load(point), "extra", None)
+            except InputError:  # `listed` returns it
+                continue
+            if isinstance(extra, Extra):
+                found[extra] = None
+    return tuple(found)
+
+
+def _comes_with_iccm(point: metadata.EntryPoint) -> bool:
+    return point.dist is not None and point.dist.name == "iccm"
 
 
 def _origin(point: metadata.EntryPoint) -> str:

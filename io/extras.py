@@ -1,60 +1,79 @@
 """Optional packages: the extras of iccm, which packages they install, and the import of these.
 
-To add an extra: its packages in `pyproject.toml` and in `PACKAGES`, and its line in `PURPOSES`. `iccm doctor` and the
-page on installation list them.
+To add an extra: its packages in `pyproject.toml`, and its row in `EXTRAS`, or an `Extra` of an extension. `iccm doctor`
+and the page on installation list them.
 """
 
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
-from types import MappingProxyType
 from typing import Any
 
 from ..errors import InputError
 
-PURPOSES: Mapping[str, str] = MappingProxyType(
-    {
-        "edit": "iccm edit",
-        "plot": "--plot, Fit.plot(), and colours of overlays on surfaces",
-        "dxf": "DXF drawings",
-        "draco": "glTF files compressed by Draco",
-        "meshopt": "glTF files compressed by meshopt",
-        "dask": "iccm batch --dask",
-        "gis": "GeoTIFF: where a picture lies on a map, and ground control points; GeoPackage, Shapefile and KML",
-        "heic": "photos in HEIC, as phones take them",
-        "usd": "meshes in USD files",
-        "vtk": "meshes in VTK files, as ParaView saves them",
-        "3mf": "meshes in 3MF files",
-        "brain": "cortical surfaces of GIFTI and FreeSurfer",
-        "imagej": "points from ImageJ and Fiji",
-        "itk": "displacement fields as .nrrd, .mha and .nii",
-    }
+
+@dataclass(frozen=True, eq=False)
+class Extra:
+    """An extra of iccm.
+
+    Attributes:
+        name: as in `pip install 'iccm[name]'`.
+        purpose: what it is for.
+        packages: their names on PyPI, by the names they are imported by.
+    """
+
+    name: str
+    purpose: str
+    packages: Mapping[str, str]
+
+    def load(self, purpose: str, package: str, *submodules: str, otherwise: str = "") -> Any:
+        """Import one of its packages; see the function `load`."""
+        try:
+            module = import_module(package)
+            for name in submodules:
+                import_module(f"{package}.{name}")
+        except ImportError:
+            raise self._missing(purpose, package, otherwise) from None
+        return module
+
+    def require(self, purpose: str, package: str, *, otherwise: str = "") -> None:
+        """Check that one of its packages is installed; see the function `require`."""
+        try:
+            is_installed = package in sys.modules or find_spec(package) is not None
+        except ValueError:
+            is_installed = False
+        if not is_installed or sys.modules.get(package, True) is None:
+            raise self._missing(purpose, package, otherwise)
+
+    def _missing(self, purpose: str, package: str, otherwise: str) -> InputError:
+        alternative = f", or {otherwise}" if otherwise else ""
+        return InputError(
+            f"{purpose} needs the package {self.packages[package]}: pip install 'iccm[{self.name}]'{alternative}"
+        )
+
+
+EXTRAS = (
+    Extra("edit", "iccm edit", {name: name for name in ("starlette", "uvicorn", "websockets")}),
+    Extra("plot", "--plot, Fit.plot(), and colours of overlays on surfaces", {"matplotlib": "matplotlib"}),
+    Extra("dxf", "DXF drawings", {"ezdxf": "ezdxf"}),
+    Extra("draco", "glTF files compressed by Draco", {"DracoPy": "DracoPy"}),
+    Extra("meshopt", "glTF files compressed by meshopt", {"meshopt": "meshopt"}),
+    Extra("dask", "iccm batch --dask", {"distributed": "distributed"}),
+    Extra(
+        "gis",
+        "GeoTIFF: where a picture lies on a map, and ground control points; GeoPackage, Shapefile and KML",
+        {name: name for name in ("pyogrio", "rasterio")},
+    ),
+    Extra("heic", "photos in HEIC, as phones take them", {"pi_heif": "pi-heif"}),
+    Extra("usd", "meshes in USD files", {"pxr": "usd-core"}),
+    Extra("3mf", "meshes in 3MF files", {name: name for name in ("lxml", "networkx")}),
+    Extra("brain", "cortical surfaces of GIFTI and FreeSurfer", {"nibabel": "nibabel"}),
+    Extra("imagej", "points from ImageJ and Fiji", {"roifile": "roifile"}),
+    Extra("itk", "displacement fields as .nrrd, .mha and .nii", {"SimpleITK": "SimpleITK"}),
 )
-"""What each extra is for."""
-PACKAGES: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "DracoPy": ("DracoPy", "draco"),
-        "SimpleITK": ("SimpleITK", "itk"),
-        "distributed": ("distributed", "dask"),
-        "ezdxf": ("ezdxf", "dxf"),
-        "lxml": ("lxml", "3mf"),
-        "matplotlib": ("matplotlib", "plot"),
-        "meshopt": ("meshopt", "meshopt"),
-        "networkx": ("networkx", "3mf"),
-        "nibabel": ("nibabel", "brain"),
-        "pi_heif": ("pi-heif", "heic"),
-        "pxr": ("usd-core", "usd"),
-        "pyogrio": ("pyogrio", "gis"),
-        "rasterio": ("rasterio", "gis"),
-        "roifile": ("roifile", "imagej"),
-        "starlette": ("starlette", "edit"),
-        "uvicorn": ("uvicorn", "edit"),
-        "vtkmodules": ("vtk", "vtk"),
-        "websockets": ("websockets", "edit"),
-    }
-)
-"""Of each optional package, by the name it is imported by: its name on PyPI, and the extra of iccm it belongs to."""
+"""The extras of iccm itself; `io.extensions.extras` returns those of extensions."""
 
 
 def load(purpose: str, package: str, *submodules: str, otherwise: str = "") -> Any:
@@ -72,26 +91,14 @@ def load(purpose: str, package: str, *submodules: str, otherwise: str = "") -> A
     >>> load("reading DXF", "ezdxf", "recover").__name__
     'ezdxf'
     """
-    try:
-        module = import_module(package)
-        for name in submodules:
-            import_module(f"{package}.{name}")
-    except ImportError:
-        raise _missing(purpose, package, otherwise) from None
-    return module
+    return _with(package).load(purpose, package, *submodules, otherwise=otherwise)
 
 
 def require(purpose: str, package: str, *, otherwise: str = "") -> None:
     """Check that an optional package is installed, without importing it; arguments and errors as for `load`."""
-    try:
-        is_installed = package in sys.modules or find_spec(package) is not None
-    except ValueError:
-        is_installed = False
-    if not is_installed or sys.modules.get(package, True) is None:
-        raise _missing(purpose, package, otherwise)
+    _with(package).require(purpose, package, otherwise=otherwise)
 
 
-def _missing(purpose: str, package: str, otherwise: str) -> InputError:
-    distribution, extra = PACKAGES[package]
-    alternative = f", or {otherwise}" if otherwise else ""
-    return InputError(f"{purpose} needs the package {distribution}: pip install 'iccm[{extra}]'{alternative}")
+def _with(package: str) -> Extra:
+    """Return the extra that installs a package, given the name it is imported by."""
+    return next(extra for extra in EXTRAS if package in extra.packages)

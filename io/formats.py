@@ -49,6 +49,8 @@ MOST_LISTED_SUFFIXES = 8
 """A message that lists more is not read."""
 USUAL_SUFFIXES = (".png", ".svg", ".jpg", ".obj", ".glb", ".tif", ".exr", ".npz")
 """The suffixes that most people use, which messages list first."""
+EXTENDED = ("mesh", "uv")
+"""Contents, as attributes of `Format`, for which extensions have formats."""
 FREESURFER = "lh.*"
 """Stands in the table for the files of FreeSurfer, whose names tell the hemisphere, as in lh.white and rh.inflated."""
 DOUBLE_SUFFIXES = (".gii.gz",)
@@ -88,6 +90,7 @@ class Format:
         drawing: outlines and artwork.
         mesh: module and class of `io.meshes` for a mesh format; of an extension, `package.module:Class`.
         uv: whether iccm writes meshes with texture coordinates.
+        could_hold_uv: whether such files could hold texture coordinates, but are not written.
         flat: a flattening.
         plot: a figure.
         stmap: whether an STMap, which needs floats.
@@ -96,12 +99,14 @@ class Format:
         map: a map, without loss.
         world: where a picture lies on a map of the earth.
         outlines: shapes in formats that are only read.
+        extra: the extra of iccm that installs what an extension's format needs.
     """
 
     picture: PictureFormat | None = None
     drawing: bool = False
     mesh: str = ""
     uv: bool = False
+    could_hold_uv: bool = False
     flat: bool = False
     plot: bool = False
     stmap: bool = False
@@ -110,6 +115,7 @@ class Format:
     map: bool = False
     world: bool = False
     outlines: bool = False
+    extra: extras.Extra | None = None
 
 
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
@@ -118,8 +124,6 @@ READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".a
 """Suffixes of pictures that can be read but not written."""
 # All other picture formats listed here are lossless within their description; OpenImageIO supports more, which lose
 # something.
-MESHES_ONLY_READ = (".3mf", ".vtu")
-"""Suffixes of meshes that could hold texture coordinates, but are not written."""
 FORMATS = {
     ".png": Format(PictureFormat("display", named=True), plot=True),
     ".jpg": _JPEG,
@@ -142,12 +146,10 @@ FORMATS = {
     ".glb": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".ply": Format(mesh="ply_format.PlyFormat", uv=True),
     **dict.fromkeys((".usd", ".usda", ".usdc"), Format(mesh="usd_format.UsdFormat", uv=True)),
-    **dict.fromkeys((".vtk", ".vtp"), Format(mesh="vtk_format.VtkFormat", uv=True)),
-    ".vtu": Format(mesh="vtk_format.VtkFormat"),
     ".gltf": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".off": Format(mesh="off_stl_formats.OffFormat"),
     ".stl": Format(mesh="off_stl_formats.StlFormat"),
-    ".3mf": Format(mesh="threemf_format.ThreeMfFormat"),
+    ".3mf": Format(mesh="threemf_format.ThreeMfFormat", could_hold_uv=True),
     ".gii": Format(mesh="brain_formats.GiftiFormat"),
     ".gii.gz": Format(mesh="brain_formats.GiftiFormat"),
     FREESURFER: Format(mesh="brain_formats.FreeSurferFormat"),
@@ -185,7 +187,7 @@ def suffix_of(name: str | PathLike) -> str:
     suffix, base = path.suffix.lower(), path.name.lower()
     if suffix in FORMATS:
         return suffix
-    if base.startswith(("lh.", "rh.")):
+    if base.startswith(("lh.", "rh.")) and suffix not in extensions.formats():
         return FREESURFER
     return next((double for double in DOUBLE_SUFFIXES if base.endswith(double)), suffix)
 
@@ -201,7 +203,7 @@ def of(name: str | PathLike) -> Format:
 
 
 def _of_suffix(suffix: str) -> Format:
-    """Return the format of a suffix; that of an extension is added to the table.
+    """Return the format of a suffix, among those of iccm itself, then among those of extensions.
 
     Raises:
         InputError: the extension cannot be loaded, or does not name a format.
@@ -215,7 +217,18 @@ def _of_suffix(suffix: str) -> Format:
         raise InputError(
             f"{suffix}: the extension names a {type(form).__name__}, not an iccm.io.formats.Format"
         )
-    return FORMATS.setdefault(suffix, form)
+    return form
+
+
+def every() -> dict[str, Format]:
+    """Return the formats by suffix: those of iccm itself, then those of extensions that can be loaded."""
+    formats = dict(FORMATS)
+    for suffix in extensions.formats():
+        try:
+            formats.setdefault(suffix, _of_suffix(suffix))
+        except InputError:  # `iccm doctor` reports it
+            continue
+    return formats
 
 
 def picture(name: str | PathLike) -> PictureFormat:
@@ -227,12 +240,12 @@ def holding(what: str, *, written: bool = False) -> tuple[str, ...]:
     """Return the suffixes of files that can contain something, given as an attribute of `Format`; with `written`, only
     those that can be written.
     """
-    return tuple(suffix for suffix in FORMATS if _holds(suffix, what, written=written))
+    formats = every() if what in EXTENDED else FORMATS
+    return tuple(suffix for suffix, form in formats.items() if _holds(suffix, form, what, written=written))
 
 
-def _holds(suffix: str, what: str, *, written: bool) -> bool:
-    content = getattr(_of_suffix(suffix), what)
-    return bool(content) and not (written and what == "picture" and suffix in READ_ONLY)
+def _holds(suffix: str, form: Format, what: str, *, written: bool) -> bool:
+    return bool(getattr(form, what)) and not (written and what == "picture" and suffix in READ_ONLY)
 
 
 def one_of(suffixes: Iterable[str]) -> str:
@@ -242,7 +255,7 @@ def one_of(suffixes: Iterable[str]) -> str:
     >>> one_of([".png", ".tif"])
     'one of .png .tif'
     """
-    known = [*USUAL_SUFFIXES, *FORMATS]
+    known = [*USUAL_SUFFIXES, *every()]
     listed = sorted(suffixes, key=lambda suffix: known.index(suffix) if suffix in known else len(known))
     if len(listed) <= MOST_LISTED_SUFFIXES:
         return f"one of {' '.join(listed)}"
@@ -252,9 +265,7 @@ def one_of(suffixes: Iterable[str]) -> str:
 def table() -> list[str]:
     """Return a line for each suffix: what such files can contain, and a star where they are only read."""
     lines = []
-    for suffix in extensions.formats():
-        _of_suffix(suffix)
-    for suffix, form in FORMATS.items():
+    for suffix, form in every().items():
         kinds = [KINDS[kind] for kind in KINDS if getattr(form, kind) and kind != "uv"]
         is_mesh_read_only = bool(form.mesh) and not form.uv
         are_outlines_read_only = form.outlines and not (form.drawing or form.constraints)
@@ -275,7 +286,7 @@ def check(name: str | PathLike, what: str, problem: str, *others: str) -> None:
     Raises:
         InputError: it cannot, or is a folder; the message lists suitable suffixes.
     """
-    if _holds(suffix_of(name), what, written=True):
+    if _holds(suffix_of(name), of(name), what, written=True):
         return
     if Path(name).is_dir():
         raise InputError(f"{name}: is a folder; name a file in it")
@@ -314,7 +325,7 @@ def check_report(name: str | None) -> None:
 def why_no_coordinates(name: str | PathLike) -> str:
     """Return why a mesh with texture coordinates cannot be written to a file, for messages."""
     suffix = suffix_of(name)
-    if suffix in MESHES_ONLY_READ:
+    if of(name).could_hold_uv:
         return f"iccm reads {suffix} files, but does not write them"
     return f"{suffix[1:].upper()} files cannot hold texture coordinates"
 

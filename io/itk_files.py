@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from ..arrays import Real
 from ..errors import InputError
 from . import extras, files, limits
-from .isolated import process
+from .isolated import process, readers
 
 READERS = {
     ".nrrd": "NrrdImageIO",
@@ -123,7 +123,7 @@ def read(path: str) -> ItkImage:
     with files.opened(path, max_bytes=limits.GEOMETRY_BYTES) as file:
         header, content = _content(path, file)
         header.check(path, content)
-    image = process.read(path, "itk", reader=READERS[suffix_of(path)])
+    image = process.read(path, readers.itk, reader=READERS[suffix_of(path)])
     places = [np.array(image[name], float) for name in ("origin", "spacing", "direction")]
     if not all(np.isfinite(place).all() and (np.abs(place) < limits.COORDINATE).all() for place in places):
         raise InputError(f"{path}: its place in space is not given by finite numbers")

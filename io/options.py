@@ -330,10 +330,8 @@ def many(value: Any) -> Any:
     return (value,) if isinstance(value, str | Path) else value
 
 
-MESHES = " ".join(formats.holding("uv"))
-"""Suffixes of meshes that are written with texture coordinates."""
-MESHES_ALONE = " ".join(suffix for suffix in formats.holding("uv") if not formats.FORMATS[suffix].flat)
-"""Those of them that are not also written as flat meshes."""
+MESHES = " ".join(suffix for suffix, form in formats.FORMATS.items() if form.uv)
+"""Suffixes of meshes that are written with texture coordinates; extensions add some, which help does not load."""
 OUTPUT = "-o"
 """Value of --stmap that refers to the file in --output."""
 EVERY = ("map", "deform", "apply")
@@ -490,7 +488,7 @@ class FlattenOptions:
 
     output: tuple[str, ...] = _option(
         "What to write: the outline (.svg .dxf), the flat mesh (.obj), the mesh with its flattening as "
-        f"texture coordinates ({MESHES_ALONE}), or a picture of --overlay (.png .tif .exr).",
+        "texture coordinates (as --uv), or a picture of --overlay (.png .tif .exr).",
         "FILE",
         default=(),
         parse=many,
@@ -498,7 +496,10 @@ class FlattenOptions:
         topic="output",
     )
     uv: str | None = _option(
-        f"Write the mesh with its flattening as texture coordinates ({MESHES}).", "FILE", topic="output"
+        f"Write the mesh with its flattening as texture coordinates ({MESHES}, and mesh formats of extensions: "
+        "iccm info --formats).",
+        "FILE",
+        topic="output",
     )
     method: str = _option(
         "How to flatten. conformal: keeps angles, never folds; lscm: least squares conformal maps, which "

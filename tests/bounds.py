@@ -16,7 +16,7 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from iccm.io.extras import PURPOSES
+from iccm.io.extensions import extras as every_extra
 
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
@@ -65,7 +65,7 @@ def claimed_requirements() -> list[str]:
     """Return what iccm and its extras require: uv takes the lowest versions only of what it is asked for directly."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
-    return [*project["dependencies"], *(line for extra in PURPOSES for line in extras[extra])]
+    return [*project["dependencies"], *(line for extra in every_extra() for line in extras[extra.name])]
 
 
 def run(python: str, versions: str, wheel: Path, tests: list[str], folder: Path) -> tuple[bool, str]:

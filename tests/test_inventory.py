@@ -22,7 +22,7 @@ import roifile
 
 import iccm as core
 from iccm.io.pictures import image_files
-from tests.io.isolated.test_process import POLYDATA
+from tests.extensions.vtk.files import POLYDATA
 from tests.io.test_hostile import FACES, POINTS, UV, glb
 
 ROOT = Path(__file__).parents[1]

@@ -19,6 +19,7 @@ from tests.scripts import script
 ROOT = Path(__file__).parents[1]
 MODULES = script("docs/modules.py")
 ORDER = (
+    "extensions",
     "cli __main__",
     "io",
     "io.edit",
@@ -77,7 +78,11 @@ def name_of(path: Path) -> str:
     return ".".join(parts).removesuffix("__init__").rstrip(".")
 
 
-FILES = {name_of(path): path for part in ("iccm", "io", "cli") for path in (ROOT / part).rglob("*.py")}
+FILES = {
+    name_of(path): path
+    for part in ("iccm", "io", "cli", "extensions")
+    for path in (ROOT / part).rglob("*.py")
+}
 
 
 def room_of(module: str) -> str:
@@ -244,12 +249,13 @@ def test_the_core_leaves_the_outer_libraries_alone():
     names = sorted(
         name
         for name in FILES
-        if name not in ("", "__main__", "maps.figure") and name.split(".")[0] not in ("io", "cli")
+        if name not in ("", "__main__", "maps.figure")
+        and name.split(".")[0] not in ("io", "cli", "extensions")
     )
     modules = loaded("import " + ", ".join(f"iccm.{name}" for name in names))
     assert "iccm.maps.cauchy_green" in modules
     assert not modules.intersection(HEAVY)
-    assert not {name for name in modules if name.startswith(("iccm.cli", "iccm.io"))}
+    assert not {name for name in modules if name.startswith(("iccm.cli", "iccm.io", "iccm.extensions"))}
 
 
 def test_help_imports_no_command_and_no_numerics():

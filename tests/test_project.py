@@ -150,7 +150,7 @@ def test_the_lint_target_checks_the_staged_tree():
     recipe = (ROOT / "Makefile").read_text().partition("\nlint-types:")[2].partition("\n\n")[0]
     for part in (
         "cp -R iccm build/typecheck/iccm",
-        "cp -R cli io build/typecheck/iccm",
+        "cp -R cli extensions io build/typecheck/iccm",
         "cd build/typecheck &&",
         "-p iccm",
     ):
@@ -161,7 +161,7 @@ def test_every_folder_of_code_is_a_package(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "core"))
     finder = importlib.import_module("package_folders")
     packages = finder.package_folders(ROOT)
-    code = [path for folder in ("iccm", "io", "cli") for path in (ROOT / folder).rglob("*.py")]
+    code = [path for folder in ("iccm", "io", "cli", "extensions") for path in (ROOT / folder).rglob("*.py")]
     folders = {path.parent.relative_to(ROOT).as_posix() for path in code}
     assert {folder for name, folder in packages.items() if name not in finder.DATA} == folders
     for name, folder in packages.items():

@@ -12,7 +12,9 @@ from .test_pages import TERMS, uses
 
 ROOT = Path(__file__).parents[1]
 FILES = [
-    path for folder in ("iccm", "io", "cli", "plugins") for path in sorted((ROOT / folder).rglob("*.py"))
+    path
+    for folder in ("iccm", "io", "cli", "extensions", "plugins")
+    for path in sorted((ROOT / folder).rglob("*.py"))
 ]
 PAGE = ROOT / "io" / "edit" / "page"
 SCRIPTS = [ROOT / "io" / "page.html", PAGE / "index.html", *sorted(PAGE.glob("*.js"))]

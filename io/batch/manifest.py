@@ -213,9 +213,7 @@ def _in_folder(source: str) -> list[str]:
     shapes = ("drawing", "picture", "mesh", "outlines")
     suffixes = {os.path.splitext(name)[1] for name in os.listdir(source) if not name.startswith(".")}
     matching = sorted(
-        suffix
-        for suffix in suffixes
-        if (form := formats.FORMATS.get(suffix.lower())) and any(getattr(form, kind) for kind in shapes)
+        suffix for suffix in suffixes if any(getattr(formats.of(f"file{suffix}"), kind) for kind in shapes)
     )
     if not matching:
         raise ManifestError([f"{source}: no shapes in this folder (iccm reads .svg, .png, .obj and others)"])

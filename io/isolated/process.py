@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,21 +16,24 @@ import numpy as np
 
 from ...errors import InputError
 from .. import files, limits
-from . import readers
+from . import program
 
 UNINITIALISED_BYTE = 0xA5
 """Value of bytes that a library did not set: indices made of them are out of range in every run (glibc)."""
 
 
-def read(path: str | Path, reader: str, /, *, beside: Sequence[Path] = (), **arguments: Any) -> Any:
-    """Read a file by a function of `readers` in a separate process.
+def read(
+    path: str | Path, reader: Callable[..., Any], /, *, beside: Sequence[Path] = (), **arguments: Any
+) -> Any:
+    """Read a file by a function in a separate process.
 
     A crash, a hang and an unlimited need of memory end that process alone. It costs the start of an interpreter
     with NumPy, 0.1 seconds of the processor, and the library is not imported here.
 
     Args:
         path: the file.
-        reader: the name of the function.
+        reader: the function, in a module that imports nothing of iccm besides `program.Damaged`, and libraries only
+            inside of functions.
         beside: further files that the function reads, if they exist: they count for the limits.
         arguments: passed to it besides the path.
 
@@ -45,7 +49,8 @@ def read(path: str | Path, reader: str, /, *, beside: Sequence[Path] = (), **arg
     seconds = math.ceil(limits.READER_SECONDS + limits.READER_SECONDS_PER_MEGABYTE * size / 1e6)
     memory = limits.READER_BYTES + limits.READER_BYTES_RATIO * size
     values = json.dumps({"path": os.path.abspath(files.as_text(path)), **arguments})
-    command = [sys.executable, "-P", readers.__file__, reader, str(seconds), str(memory), values]
+    limited = [str(seconds), str(memory), values]
+    command = [sys.executable, "-P", program.__file__, inspect.getfile(reader), reader.__name__, *limited]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     environment["MALLOC_PERTURB_"] = str(UNINITIALISED_BYTE ^ 0xFF)  # glibc sets the complement
     try:

@@ -14,7 +14,7 @@ from ...errors import InputError, naming
 from ...meshes.mesh import Mesh
 from ...saved import archive
 from .. import extras, files, limits
-from ..isolated import process
+from ..isolated import process, readers
 from .mesh_format import MeshContent, MeshFile, MeshFormat
 
 MOST_DIGITS = 12  # of a size
@@ -115,7 +115,7 @@ def freesurfer(path: Path, kind: str) -> dict[str, Any]:
     extras.require(f"{path}: reading it", "nibabel")
     if kind != "surface" and _promised(path, kind) > path.stat().st_size:
         raise InputError(f"{path}: damaged: its header promises more values than the file contains")
-    return process.read(path, "freesurfer", kind=kind)
+    return process.read(path, readers.freesurfer, kind=kind)
 
 
 def _promised(path: Path, kind: str) -> int:
@@ -182,7 +182,7 @@ def gifti(path: Path) -> dict[str, Any]:
             sides
         ) > limits.DEFLATE_RATIO * len(data):
             raise InputError(f"{path}: damaged: an array promises more numbers than the file contains")
-    return process.read(path, "gifti")
+    return process.read(path, readers.gifti)
 
 
 def gifti_bytes(path: Path) -> bytes:

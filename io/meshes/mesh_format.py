@@ -152,6 +152,19 @@ class MeshFile:
 
 
 @dataclass(frozen=True, eq=False)
+class Overlay:
+    """Values at the vertices of a surface.
+
+    Attributes:
+        values: (n,) numbers, NaN where there are none; or keys of labels.
+        colors: colours (4,) from 0 to 1 by key, if the values are keys of labels.
+    """
+
+    values: Real
+    colors: dict[int, NDArray[np.float64]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class NewCoordinates:
     """Texture coordinates for a mesh to be written.
 
@@ -263,6 +276,17 @@ class MeshFormat(ABC):
                 f"{self.path}: --subdivide {self.halvings} makes {divided} faces, more than the limit of {most}; "
                 "subdivide less, or raise --max-faces"
             )
+
+    def overlay(self, name: str | None) -> Overlay | None:
+        """Read numbers or labels at the vertices; None if the format has none.
+
+        Args:
+            name: of an array, for formats that name them.
+
+        Raises:
+            InputError: the file cannot be read, or has no such array.
+        """
+        return None
 
     def is_mesh(self, *, gets_uv: bool = False) -> bool:
         """Return whether the file is a mesh and not an outline; `gets_uv` if it will be given texture coordinates."""

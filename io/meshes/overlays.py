@@ -1,8 +1,7 @@
-"""Numbers and labels at the vertices of a surface, read from GIFTI, FreeSurfer's files, MGH, VTK and tables."""
+"""Numbers and labels at the vertices of a surface, read from GIFTI, FreeSurfer's files, MGH, tables and meshes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,26 +12,12 @@ from ...errors import InputError
 from .. import files, formats, limits
 from ..spec import Spec
 from .brain_formats import GiftiFormat, freesurfer, gifti
-from .mesh_files import format_of
-from .mesh_format import reason_of
-from .vtk_format import VtkFormat
+from .mesh_files import open_mesh
+from .mesh_format import Overlay, reason_of
 
 TABLES = (".txt", ".csv", ".1d")
 MGH = (".mgh", ".mgz")
 LABEL_INTENT = 1002  # GIFTI's intent of labels
-
-
-@dataclass(frozen=True, eq=False)
-class Overlay:
-    """Values at the vertices of a surface.
-
-    Attributes:
-        values: (n,) numbers, NaN where there are none; or keys of labels.
-        colors: colours (4,) from 0 to 1 by key, if the values are keys of labels.
-    """
-
-    values: Real
-    colors: dict[int, NDArray[np.float64]] | None = None
 
 
 def read(name: str | Path, count: int) -> Overlay:
@@ -58,12 +43,12 @@ def read(name: str | Path, count: int) -> Overlay:
 def _read(spec: Spec) -> Overlay:
     path, suffix = spec.path, spec.path.suffix.lower()  # lh.thickness.mgh is not a surface
     is_surface = formats.of(path).mesh and suffix not in (*MGH, *TABLES)
-    mesh_format = format_of(path) if is_surface else None
-    if mesh_format is VtkFormat:
-        return Overlay(VtkFormat(path).numbers_at_points(spec.selection))
+    surface = open_mesh(path) if is_surface else None
+    if surface is not None and (overlay := surface.overlay(spec.selection)) is not None:
+        return overlay
     if spec.selection:
-        raise InputError(f"{path}#{spec.selection}: only arrays of VTK files have names")
-    if mesh_format is GiftiFormat:
+        raise InputError(f"{path}#{spec.selection}: arrays of files of this type have no names")
+    if isinstance(surface, GiftiFormat):
         return _gifti(path)
     if suffix in TABLES:
         return Overlay(np.loadtxt(path, delimiter="," if suffix == ".csv" else None, ndmin=1))

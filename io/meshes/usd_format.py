@@ -19,7 +19,7 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from ...meshes.mesh import Mesh, merge
 from .. import extras, files, limits
-from ..isolated import process
+from ..isolated import process, readers
 from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
 
 MAGICS = (b"#usda", b"PXR-USDC")
@@ -139,7 +139,7 @@ class UsdFormat(MeshFormat):
         """
         extras.require(f"{self.path}: reading USD", "pxr")
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
-        return process.read(self.path, "usd", most=self._most)
+        return process.read(self.path, readers.usd, most=self._most)
 
     @classmethod
     def write(

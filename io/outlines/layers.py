@@ -13,7 +13,7 @@ import shapely
 
 from ...errors import InputError
 from .. import extras, files, formats, limits
-from ..isolated import process
+from ..isolated import process, readers
 
 DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".kml": "KML", ".fgb": "FlatGeobuf"}
 BEGINNINGS = {".gpkg": b"SQLite format 3\0", ".shp": b"\0\0\x27\x0a", ".kml": b"<", ".fgb": b"fgb"}
@@ -68,7 +68,7 @@ def read(path: Path, layer: str | None = None, *, or_only: bool = False) -> Laye
     beside = [path.with_suffix(more) for more in COMPANIONS.get(suffix, ())]
     if absent := [name for name in beside[:2] if not name.is_file()]:
         raise InputError(f"{path}: {absent[0].name} is missing, which belongs to it")
-    read = process.read(path, "layers", beside=beside, layer=layer)
+    read = process.read(path, readers.layers, beside=beside, layer=layer)
     names, name = read["names"], read["name"]
     if name is None or (layer is not None and layer != name and not or_only):
         listed = ", ".join(names[:12]) or "no layers with geometries"

@@ -12,7 +12,7 @@ from typing import Any
 from ...errors import InputError, naming
 from ...saved.georeference import Affine, Georeference
 from .. import extras, files, formats, limits
-from ..isolated import process
+from ..isolated import process, readers
 
 TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
@@ -71,7 +71,7 @@ def _of_geotiff(path: Path, purpose: str) -> dict[str, Any]:
         InputError: rasterio is missing, or the file cannot be read.
     """
     extras.require(purpose, "rasterio")
-    return process.read(path, "geotiff")
+    return process.read(path, readers.geotiff)
 
 
 def _text_of_wkt(wkt: str) -> str:

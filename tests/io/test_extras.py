@@ -9,21 +9,20 @@ from pathlib import Path
 import pytest
 
 from iccm.errors import InputError
-from iccm.io import extras
+from iccm.io import extensions, extras
 
 PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-@pytest.mark.parametrize("package", extras.PACKAGES)
-def test_the_extra_that_a_message_names_installs_the_package(package):
-    distribution, extra = extras.PACKAGES[package]
-    required = PROJECT["optional-dependencies"][extra]
-    assert distribution in [re.match(r"[\w-]+", requirement)[0] for requirement in required]
+@pytest.mark.parametrize("extra", extensions.extras(), ids=lambda extra: extra.name)
+def test_the_extra_that_a_message_names_installs_the_packages(extra):
+    required = PROJECT["optional-dependencies"][extra.name]
+    assert set(extra.packages.values()) == {re.match(r"[\w-]+", requirement)[0] for requirement in required}
 
 
-def test_every_extra_of_users_has_a_purpose_and_its_packages():
+def test_every_extra_of_users_is_known():
     names = PROJECT["optional-dependencies"].keys() - {"dev", "docs", "large"}
-    assert names == set(extras.PURPOSES) == {extra for _, extra in extras.PACKAGES.values()}
+    assert names == {extra.name for extra in extensions.extras()}
 
 
 def test_a_missing_package_is_refused_with_the_command_that_installs_it(monkeypatch):

@@ -9,14 +9,13 @@ import sys
 import zipfile
 import zlib
 
-import numpy as np
 import pytest
 
 from iccm import InputError
 from iccm.io import formats
 from iccm.io.meshes import mesh_files
-from iccm.io.meshes.mesh_format import NewCoordinates, ShownPictures
 from iccm.io.pictures import pillow
+from tests.mesh_faces import check_71_faces_are_counted, check_written_faces_are_counted
 
 HUGE = 60_000
 
@@ -162,9 +161,6 @@ FACES = {
     ).encode(),
     "a.usda": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
     "a.usd": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
-    "a.vtk": b"# vtk DataFile Version 5.1\na\nASCII\nDATASET POLYDATA\nPOINTS 3 float\nPOLYGONS 72 213\n",
-    "a.vtp": b'<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="3" NumberOfPolys="70" NumberOfStrips="1">',
-    "a.vtu": b'<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece NumberOfPoints="3" NumberOfCells="71">',
     "a.3mf": zipped(
         "3D/3dmodel.model",
         b'<model><resources><object id="1"><mesh><triangles>%b</triangles></mesh></object></resources></model>'
@@ -179,10 +175,11 @@ FACES = {
 
 def test_faces_of_every_format_that_is_only_read_are_counted_below():
     counted = {formats.suffix_of(name) for name in FACES}
-    assert counted | set(formats.holding("uv")) == set(formats.holding("mesh"))
+    read_only = {suffix for suffix, form in formats.FORMATS.items() if form.mesh and not form.uv}
+    assert counted >= read_only
 
 
-LARGE = {".usd": "pxr", ".usda": "pxr", ".usdc": "pxr", ".vtk": "vtkmodules", ".vtp": "vtkmodules"}
+LARGE = {".usd": "pxr", ".usda": "pxr", ".usdc": "pxr"}
 """Formats whose files need a library of the extra `large`, with the module that is imported."""
 
 
@@ -195,32 +192,15 @@ def marked(names):
     ]
 
 
-@pytest.mark.parametrize("suffix", marked(formats.holding("uv")))
+@pytest.mark.parametrize("suffix", marked([suffix for suffix, form in formats.FORMATS.items() if form.uv]))
 def test_faces_of_every_format_that_is_written_are_counted(tmp_path, suffix):
-    count, path = 71, tmp_path / f"strip{suffix}"
-    uv = np.array([[k / 100, k % 2 / 3] for k in range(count + 2)])
-    faces = np.array([[k, k + 1, k + 2] if k % 2 else [k + 1, k, k + 2] for k in range(count)])
-    lines = [f"v {9 * u} {2 * v} {u * u}" for u, v in uv] + ["f {} {} {}".format(*face) for face in faces + 1]
-    (tmp_path / "strip.obj").write_text("\n".join(lines))
-    new = NewCoordinates(uv, faces.ravel(), np.arange(3 * count).reshape(count, 3))
-    file = mesh_files.read(str(tmp_path / "strip.obj"))
-    mesh_files.write(file, new, ShownPictures(), path, path, force=True)
-    assert mesh_files.open_mesh(path).count_faces(count) == count
-    with pytest.raises(InputError, match="71 faces, more than the limit of 70; raise --max-faces"):
-        mesh_files.check_size(path, count - 1)
-    mesh = mesh_files.read(str(path)).mesh
-    assert np.allclose(mesh.uv[mesh.uv_corners], uv[faces.ravel()], atol=1e-6)
-    assert np.allclose(mesh.points[mesh.corners], file.mesh.points[faces.ravel()], atol=1e-6)
+    check_written_faces_are_counted(tmp_path / f"strip{suffix}")
 
 
 @pytest.mark.parametrize("name", marked(FACES))
 def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
-    path = tmp_path / name
-    path.write_bytes(FACES[name])
-    assert mesh_files.open_mesh(path).count_faces(71) == 71
-    mesh_files.check_size(path, 71)
-    with pytest.raises(InputError, match="71 faces, more than the limit of 70; raise --max-faces"):
-        mesh_files.check_size(path, 70)
+    (tmp_path / name).write_bytes(FACES[name])
+    check_71_faces_are_counted(tmp_path / name)
 
 
 def test_a_binary_gltf_is_counted(tmp_path):

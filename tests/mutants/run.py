@@ -24,7 +24,7 @@ LEFT_OUT = (
     ".hypothesis",
 )
 """Patterns of files and folders that tests do not need."""
-PACKAGES = ("io", "cli", "plugins", "samples")
+PACKAGES = ("io", "cli", "extensions", "plugins", "samples")
 """Folders of the repository that are packages in `iccm` once it is installed."""
 TIME_LIMIT = 900.0
 """Seconds: if a mutant's tests take longer, it counts as caught, since they take seconds without it."""

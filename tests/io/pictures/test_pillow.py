@@ -88,7 +88,7 @@ def test_pictures_are_opened_with_pillow_in_one_place():
     opens = re.compile(r"\b(?:Image|Pillow|PIL)\.open\(")
     modules = {
         path.relative_to(ROOT).as_posix()
-        for folder in ("iccm", "io", "cli", "plugins")
+        for folder in ("iccm", "io", "cli", "extensions", "plugins")
         for path in (ROOT / folder).rglob("*.py")
         if opens.search(path.read_text(encoding="utf-8"))
     }

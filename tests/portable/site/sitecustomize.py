@@ -28,7 +28,9 @@ import types
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
-OURS = tuple(str(ROOT / name) + os.sep for name in ("iccm", "io", "cli", "plugins", "tests", "docs"))
+OURS = tuple(
+    str(ROOT / name) + os.sep for name in ("iccm", "io", "cli", "extensions", "plugins", "tests", "docs")
+)
 ENCODING = "cp1252"
 SYSTEM = os.environ.get("ICCM_IMITATE", "")
 

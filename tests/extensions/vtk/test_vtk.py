@@ -5,7 +5,9 @@ import pytest
 from PIL import Image
 
 from iccm.errors import InputError
+from iccm.io import formats
 from iccm.io.meshes import mesh_files
+from tests.mesh_faces import check_71_faces_are_counted, check_written_faces_are_counted
 
 pytest.importorskip("vtkmodules", reason="vtk is an extra")
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
@@ -202,3 +204,26 @@ def test_sizes_of_arrays_are_checked_before_vtk_reads_them(tmp_path, monkeypatch
     monkeypatch.setattr(process, "read", None)
     with pytest.raises(InputError, match="promises more numbers"):
         mesh_files.open_mesh(tmp_path / name).count_faces(-1)
+
+
+@pytest.mark.parametrize("suffix", [".vtk", ".vtp"])
+def test_faces_of_written_files_are_counted(tmp_path, suffix):
+    check_written_faces_are_counted(tmp_path / f"strip{suffix}")
+
+
+FACES = {
+    "a.vtk": b"# vtk DataFile Version 5.1\na\nASCII\nDATASET POLYDATA\nPOINTS 3 float\nPOLYGONS 72 213\n",
+    "a.vtp": b'<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="3" NumberOfPolys="70" NumberOfStrips="1">',
+    "a.vtu": b'<VTKFile type="UnstructuredGrid"><UnstructuredGrid><Piece NumberOfPoints="3" NumberOfCells="71">',
+}
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
+    (tmp_path / name).write_bytes(FACES[name])
+    check_71_faces_are_counted(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["lh.white.vtk", "LH.PIAL.VTK"])
+def test_a_surface_of_a_brain_may_be_a_vtk_file(name):
+    assert formats.suffix_of(name) == ".vtk" and formats.of(name).uv

@@ -15,10 +15,19 @@ import numpy as np
 
 from ...arrays import Index, Real
 from ...errors import InputError
+from ...io import files, formats, limits
+from ...io.isolated import process
+from ...io.meshes.mesh_format import (
+    MeshContent,
+    MeshFile,
+    MeshFormat,
+    NewCoordinates,
+    Overlay,
+    ShownPictures,
+    Written,
+)
 from ...meshes.mesh import Mesh
-from .. import extras, files, formats, limits
-from ..isolated import process
-from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
+from . import EXTRA, vtk_reader
 
 XML_COUNT = re.compile(rb'NumberOf(Polys|Strips|Cells|Points)\s*=\s*"\s*(\d{1,18})\s*"')
 LEGACY_COUNT = re.compile(
@@ -103,8 +112,8 @@ class VtkFormat(MeshFormat):
         notes = [surface["note"]] if surface["note"] else []
         return {self.path.name: MeshFile.whole(self.path, MeshContent(mesh), None, *notes)}
 
-    def numbers_at_points(self, name: str | None) -> Real:
-        """Return the numbers (n,) at the points of the surface in the array of this name.
+    def overlay(self, name: str | None) -> Overlay:
+        """Return the numbers at the points of the surface in the array of this name.
 
         Without a name it is the active array (SCALARS), or the only one.
 
@@ -122,17 +131,17 @@ class VtkFormat(MeshFormat):
                 "name one of its arrays" if name is None else f"has no array {name!r} of numbers at points"
             )
             raise InputError(f"{self.path}: {problem}; it has {names}")
-        return by_name[name]
+        return Overlay(by_name[name])
 
     @cached_property
     def _surface(self) -> dict[str, Any]:
-        """The file's polygons, see `readers.vtk`.
+        """The file's polygons, see `vtk_reader`.
 
         Raises:
             InputError: the file cannot be read, or contains no geometry.
         """
         _require(self.path)
-        return process.read(self.path, "vtk", suffix=formats.suffix_of(self.path))
+        return process.read(self.path, vtk_reader.read, suffix=formats.suffix_of(self.path))
 
     @classmethod
     def write(
@@ -185,7 +194,7 @@ def _require(path: Path) -> None:
     Raises:
         InputError: it is not.
     """
-    extras.require(f"{path}: reading VTK", "vtkmodules")
+    EXTRA.require(f"{path}: reading VTK", "vtkmodules")
 
 
 def _as_vtk(vtk: Any, values: Real | Index) -> Any:
@@ -200,6 +209,6 @@ def _vtk(path: Path | str) -> Any:
     Raises:
         InputError: it is not installed.
     """
-    vtk = extras.load(f"{path}: reading VTK", "vtkmodules", *MODULES)
+    vtk = EXTRA.load(f"{path}: reading VTK", "vtkmodules", *MODULES)
     vtk.vtkCommonCore.vtkObject.GlobalWarningDisplayOff()
     return vtk

@@ -1,0 +1,4 @@
+"""Extensions that come with iccm, each in a folder that can be deleted, found by the entry points in pyproject.toml.
+
+vtk/  VTK files
+"""
