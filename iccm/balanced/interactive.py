@@ -14,6 +14,7 @@ in the next step, and then on a new mesh. When nothing is dragged, there is no b
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -466,7 +467,7 @@ class Live:
         """Return whether the pin at a point of the source is soft."""
         return bool((self.patches.points[:, 0] == source).any())
 
-    @property
+    @cached_property
     def map(self) -> TriangulatedMap:
         """The map in the given coordinates."""
         return self._world(self.state.inverse() if self.pair.inverted else self.state)
