@@ -1,4 +1,5 @@
 """Extensions that come with iccm, each in a folder that can be deleted, found by the entry points in pyproject.toml.
 
+usd/  USD files
 vtk/  VTK files
 """

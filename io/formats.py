@@ -145,7 +145,6 @@ FORMATS = {
     ".obj": Format(drawing=True, mesh="obj_format.ObjFormat", uv=True, flat=True),
     ".glb": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".ply": Format(mesh="ply_format.PlyFormat", uv=True),
-    **dict.fromkeys((".usd", ".usda", ".usdc"), Format(mesh="usd_format.UsdFormat", uv=True)),
     ".gltf": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".off": Format(mesh="off_stl_formats.OffFormat"),
     ".stl": Format(mesh="off_stl_formats.StlFormat"),

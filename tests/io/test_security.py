@@ -159,8 +159,6 @@ FACES = {
     "a.gltf": json.dumps(
         {"meshes": [{"primitives": [{"indices": 0}]}], "accessors": [{"count": 213}]}
     ).encode(),
-    "a.usda": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
-    "a.usd": b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + b"3, " * 70 + b"3]\n}\n",
     "a.3mf": zipped(
         "3D/3dmodel.model",
         b'<model><resources><object id="1"><mesh><triangles>%b</triangles></mesh></object></resources></model>'
@@ -179,25 +177,12 @@ def test_faces_of_every_format_that_is_only_read_are_counted_below():
     assert counted >= read_only
 
 
-LARGE = {".usd": "pxr", ".usda": "pxr", ".usdc": "pxr"}
-"""Formats whose files need a library of the extra `large`, with the module that is imported."""
-
-
-def marked(names):
-    """Return test cases, those that need a large library marked."""
-    modules = {name: LARGE.get(formats.suffix_of(f"a{name}")) for name in names}
-    return [
-        pytest.param(name, marks=pytest.mark.large(module)) if module else name
-        for name, module in modules.items()
-    ]
-
-
-@pytest.mark.parametrize("suffix", marked([suffix for suffix, form in formats.FORMATS.items() if form.uv]))
+@pytest.mark.parametrize("suffix", [suffix for suffix, form in formats.FORMATS.items() if form.uv])
 def test_faces_of_every_format_that_is_written_are_counted(tmp_path, suffix):
     check_written_faces_are_counted(tmp_path / f"strip{suffix}")
 
 
-@pytest.mark.parametrize("name", marked(FACES))
+@pytest.mark.parametrize("name", FACES)
 def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
     (tmp_path / name).write_bytes(FACES[name])
     check_71_faces_are_counted(tmp_path / name)

@@ -5,6 +5,7 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io.meshes import mesh_files
+from tests.mesh_faces import check_71_faces_are_counted, check_written_faces_are_counted
 
 Usd = pytest.importorskip("pxr.Usd", reason="usd-core is an extra")
 Sdf, UsdGeom = pytest.importorskip("pxr.Sdf"), pytest.importorskip("pxr.UsdGeom")
@@ -141,3 +142,26 @@ def test_sections_of_binary_files_are_checked_before_usd_reads_them(
     monkeypatch.setattr(process, "read", None)
     with pytest.raises(InputError, match="promises more"):
         mesh_files.open_mesh(bad).count_faces(-1)
+
+
+@pytest.mark.parametrize("metres", [None, 0.01, 0.0254])
+def test_the_unit_is_that_of_the_stage(tmp_path, metres):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "unit.usda"))
+    if metres:
+        UsdGeom.SetStageMetersPerUnit(stage, metres)
+    stage.Save()
+    expected = metres and pytest.approx(1000 * metres)
+    assert mesh_files.open_mesh(tmp_path / "unit.usda").millimetres() == expected
+
+
+@pytest.mark.parametrize("suffix", [".usd", ".usda", ".usdc"])
+def test_faces_of_written_files_are_counted(tmp_path, suffix):
+    check_written_faces_are_counted(tmp_path / f"strip{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".usd", ".usda"])
+def test_faces_are_counted_without_reading_the_mesh(tmp_path, suffix):
+    counts = b"3, " * 70 + b"3"
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(b'#usda 1.0\ndef Mesh "m"\n{\nint[] faceVertexCounts = [' + counts + b"]\n}\n")
+    check_71_faces_are_counted(path)

@@ -17,10 +17,18 @@ import numpy as np
 
 from ...arrays import Index, Real
 from ...errors import InputError
+from ...io import files, limits
+from ...io.isolated import process
+from ...io.meshes.mesh_format import (
+    MeshContent,
+    MeshFile,
+    MeshFormat,
+    NewCoordinates,
+    ShownPictures,
+    Written,
+)
 from ...meshes.mesh import Mesh, merge
-from .. import extras, files, limits
-from ..isolated import process, readers
-from .mesh_format import MeshContent, MeshFile, MeshFormat, NewCoordinates, ShownPictures, Written
+from . import EXTRA, usd_reader
 
 MAGICS = (b"#usda", b"PXR-USDC")
 COUNTED_SECTIONS = (b"TOKENS", b"STRINGS", b"FIELDS", b"FIELDSETS", b"PATHS", b"SPECS")
@@ -132,14 +140,14 @@ class UsdFormat(MeshFormat):
 
     @cached_property
     def _stage(self) -> dict[str, Any]:
-        """The meshes of the file and its unit, see `readers.usd`.
+        """The meshes of the file and its unit, see `usd_reader`.
 
         Raises:
             InputError: the file cannot be read, refers to other files, or has too many faces.
         """
-        extras.require(f"{self.path}: reading USD", "pxr")
+        EXTRA.require(f"{self.path}: reading USD", "pxr")
         files.open_input(self.path, max_bytes=limits.MESH_BYTES)
-        return process.read(self.path, readers.usd, most=self._most)
+        return process.read(self.path, usd_reader.read, most=self._most)
 
     @classmethod
     def write(
@@ -229,4 +237,4 @@ def _usd(path: Path | str) -> Any:
     Raises:
         InputError: it is not installed.
     """
-    return extras.load(f"{path}: reading USD", "pxr", "Sdf", "Usd", "UsdGeom", "Vt")
+    return EXTRA.load(f"{path}: reading USD", "pxr", "Sdf", "Usd", "UsdGeom", "Vt")
