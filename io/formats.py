@@ -148,7 +148,6 @@ FORMATS = {
     ".gltf": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".off": Format(mesh="off_stl_formats.OffFormat"),
     ".stl": Format(mesh="off_stl_formats.StlFormat"),
-    ".3mf": Format(mesh="threemf_format.ThreeMfFormat", could_hold_uv=True),
     ".gii": Format(mesh="brain_formats.GiftiFormat"),
     ".gii.gz": Format(mesh="brain_formats.GiftiFormat"),
     FREESURFER: Format(mesh="brain_formats.FreeSurferFormat"),

@@ -6,7 +6,6 @@ obj_format        OBJ with material libraries
 ply_format        PLY
 gltf_format       glTF and GLB
 off_stl_formats   OFF and STL
-threemf_format    3MF
 brain_formats     GIFTI, and surfaces and patches of FreeSurfer
 overlays          numbers and labels at the vertices of a surface
 embedding         pictures as stored in mesh files

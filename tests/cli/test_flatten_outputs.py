@@ -175,13 +175,10 @@ def test_gltf_is_written_with_its_buffer_and_read_again(half, iccm):
     assert [path.name for path in half.glob("out*bin")] == []
 
 
-@pytest.mark.parametrize(
-    ("suffix", "message"), [(".3mf", "does not write them"), (".stl", "cannot hold texture coordinates")]
-)
 @pytest.mark.parametrize("option", ["-o", "--uv"])
-def test_formats_without_coordinates_are_refused_in_the_same_words(half, iccm, suffix, message, option):
-    result = iccm("flatten", "half.obj", option, f"out{suffix}")
-    assert result.code == 2 and message in result.lines[-1]
+def test_formats_without_coordinates_are_refused_in_the_same_words(half, iccm, option):
+    result = iccm("flatten", "half.obj", option, "out.stl")
+    assert result.code == 2 and "cannot hold texture coordinates" in result.lines[-1]
 
 
 def test_a_flat_mesh_is_announced(half, iccm):

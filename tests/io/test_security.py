@@ -1,12 +1,10 @@
 """Hostile inputs: no unexpected file is read, and limits apply before memory is allocated."""
 
 import gzip
-import io
 import json
 import os
 import struct
 import sys
-import zipfile
 import zlib
 
 import pytest
@@ -143,14 +141,6 @@ def test_a_huge_canvas_is_refused_before_solving(shapes, iccm):
     assert result.code == 2 and "--max-pixels" in result.err
 
 
-def zipped(name, content):
-    """A zip archive with one file."""
-    archive = io.BytesIO()
-    with zipfile.ZipFile(archive, "w") as package:
-        package.writestr(name, content)
-    return archive.getvalue()
-
-
 FACES = {
     "a.obj": b"v 0 0 0\n" * 3 + b"f 1 2 3\n" * 70 + b"\tf 1 2 3",
     "a.ply": b"ply\nformat ascii 1.0\nelement vertex 3\nelement face 71\n",
@@ -159,11 +149,6 @@ FACES = {
     "a.gltf": json.dumps(
         {"meshes": [{"primitives": [{"indices": 0}]}], "accessors": [{"count": 213}]}
     ).encode(),
-    "a.3mf": zipped(
-        "3D/3dmodel.model",
-        b'<model><resources><object id="1"><mesh><triangles>%b</triangles></mesh></object></resources></model>'
-        % (b'<triangle v1="0" v2="1" v3="2"/>' * 71),
-    ),
     "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
     b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
     "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),

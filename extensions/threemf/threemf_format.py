@@ -10,10 +10,11 @@ from io import BytesIO
 from typing import Any
 
 from ...errors import InputError
+from ...io import files, limits
+from ...io.meshes.mesh_format import MeshContent, MeshFile, MeshFormat
 from ...meshes.mesh import Mesh
 from ...saved import archive
-from .. import extras, files, limits
-from .mesh_format import MeshContent, MeshFile, MeshFormat
+from . import EXTRA
 
 TRIANGLE = re.compile(rb"<(?:[\w.-]+:)?triangle[\s/>]")
 MODEL = re.compile(rb"<(?:[\w.-]+:)?model\b[^>]*>")
@@ -35,8 +36,8 @@ class ThreeMfFormat(MeshFormat):
     def read(self) -> dict[str, MeshFile]:
         """Read each object of the build at its place, in the order of the build."""
         purpose = f"{self.path}: reading 3MF"
-        extras.load(purpose, "lxml", "etree")
-        extras.load(purpose, "networkx")  # trimesh needs both
+        EXTRA.load(purpose, "lxml", "etree")
+        EXTRA.load(purpose, "networkx")  # trimesh needs both
         import trimesh
 
         if self._placed > self._keep >= 0:
@@ -89,7 +90,7 @@ class ThreeMfFormat(MeshFormat):
         Raises:
             InputError: an object contains itself, or there are too many copies of objects.
         """
-        etree = extras.load(f"{self.path}: reading 3MF", "lxml", "etree").etree
+        etree = EXTRA.load(f"{self.path}: reading 3MF", "lxml", "etree").etree
         triangles, components, build = _structure(etree, self._models)
         drawn = dict[str, tuple[int, int]]()
 

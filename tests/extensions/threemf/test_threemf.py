@@ -7,6 +7,8 @@ import pytest
 
 from iccm.errors import InputError
 from iccm.io.meshes import mesh_files
+from tests.damaged_archives import DAMAGED_AT, check_damaged_archive
+from tests.mesh_faces import check_71_faces_are_counted
 
 pytest.importorskip("lxml", reason="lxml belongs to an extra")
 pytest.importorskip("networkx", reason="networkx belongs to an extra")
@@ -119,3 +121,27 @@ def test_entities_are_not_expanded(tmp_path):
     except InputError:
         return
     assert np.allclose(mesh.points, POINTS)
+
+
+def test_faces_are_counted_without_reading_the_mesh(tmp_path):
+    triangles = '<triangle v1="0" v2="1" v3="2"/>' * 71
+    package("a.3mf", f'<object id="1"><mesh><triangles>{triangles}</triangles></mesh></object>', "")
+    check_71_faces_are_counted(tmp_path / "a.3mf")
+
+
+def test_the_unit_is_that_of_the_package():
+    package("box.3mf", f'<object id="1">{MESH}</object>', '<item objectid="1"/>')
+    assert mesh_files.open_mesh(mesh_files.Path("box.3mf")).millimetres() == 1.0
+
+
+@pytest.mark.parametrize("option", ["-o", "--uv"])
+def test_packages_are_not_written(iccm, option):
+    package("box.3mf", f'<object id="1">{MESH}</object>', '<item objectid="1"/>')
+    result = iccm("flatten", "box.3mf", option, "out.3mf")
+    assert result.code == 2 and "does not write them" in result.lines[-1]
+
+
+@pytest.mark.parametrize("where", DAMAGED_AT)
+def test_damaged_packages_are_refused_in_one_line(shapes, iccm, where):
+    package("a.3mf", f'<object id="1">{MESH}</object>', '<item objectid="1"/>')
+    check_damaged_archive(iccm, shapes / "a.3mf", where)
