@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import Real
+from ..arrays import Real, distinct
 from . import distortion
 from .triangulated.map import TriangulatedMap
 from .triangulated.patches import shrunk
@@ -22,7 +22,7 @@ def straighten_beyond_bounds(
 ) -> TriangulatedMap:
     """Return the map with straight triangles where their patches exceed a requested bound."""
     for _ in range(STRAIGHTENING_ROUNDS):
-        sides = np.unique(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
+        sides = distinct(map.edges.sides[_excess(map, max_dilatation, max_stretch) > 1])
         curved_sides = sides[map.bulges[sides] != 0]
         if not curved_sides.size:
             break

@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from ...arrays import Complex, complex_of, xy_of
+from ...arrays import Complex, complex_of, distinct, xy_of
 from ...curve import Curve, corners_of, polygon_of
 from ...plane import cross
 from ..svg.curves import Bezier, Piece
@@ -110,7 +110,7 @@ class _Ring:
         with np.errstate(divide="ignore", invalid="ignore"):
             along_line, along_wall = cross(self.a[wall] - p, e) / area, cross(self.a[wall] - p, d) / area
         crossed = (along_line >= 0) & (along_line <= 1) & (along_wall >= 0) & (along_wall <= 1)
-        return np.unique((place[segment] + along_line * (place[segment + 1] - place[segment]))[crossed])
+        return distinct((place[segment] + along_line * (place[segment + 1] - place[segment]))[crossed])
 
 
 class Domain:

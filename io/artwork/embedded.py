@@ -23,7 +23,7 @@ from ...pixels.sampler import Sampler
 from ...pixels.texture import Texture, TexturePlaces
 from ...plane import bounding_box
 from .. import limits
-from ..pictures import image_files, pillow
+from ..pictures import pillow
 from ..pictures.image import Image
 from ..svg import affine
 from ..svg.affine import Affine
@@ -79,6 +79,8 @@ class EmbeddedPicture:
 
     def carry(self, regions: Sequence[MapDomain], tolerance: float) -> str:
         """Show the picture as the regions' maps transform it, and return a note, or an empty string."""
+        from ..pictures import image_files
+
         corners = self.place.conj()
         polygon = shapely.Polygon(np.column_stack([corners.real, corners.imag]))
         covering = [region for region in regions if region.domain.reach.intersects(polygon)]
@@ -259,6 +261,8 @@ def _conjugated(map: Affine) -> Affine:
 
 def address_of(image: Image, *, was_jpeg: bool) -> str:
     """Return the picture as a data: address; as JPEG if it was one and has no transparency, else as PNG."""
+    from ..pictures import image_files
+
     lossy = image.alpha < 0 and was_jpeg
     kind, content = ("jpeg", image_files.as_jpeg(image)) if lossy else ("png", image_files.as_png(image))
     return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"

@@ -1,13 +1,14 @@
 """Pictures as they are stored, and their conversion for output formats: colour space, alpha association, depth."""
 
+from __future__ import annotations
+
 import os
 import re
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 from ...arrays import Box
@@ -18,6 +19,9 @@ from ...pixels.pyramid import strip_rows
 from ...pixels.texture import Texture
 from ..formats import PictureFormat
 from .raster import Raster
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
 
 USUAL = {  # names of the two working spaces; reading OpenColorIO's built-in configuration takes 30 ms
     "sRGB": "sRGB",
@@ -68,13 +72,13 @@ class Image:
             room.release()
         return Texture(linear, box, self.alpha, "linear", self.associated, rotation)
 
-    def covered(self) -> "Image":
+    def covered(self) -> Image:
         """Return a picture of one pixel with the channels of the result of `warp`: alpha is appended if missing."""
         channels = self.pixels.shape[2] + (self.alpha < 0)
         alpha = self.alpha if self.alpha >= 0 else channels - 1
         return replace(self, pixels=np.zeros((1, 1, channels), self.pixels.dtype), alpha=alpha)
 
-    def with_pixels(self, pixels: NDArray, alpha: int) -> "Image":
+    def with_pixels(self, pixels: NDArray, alpha: int) -> Image:
         """Return a picture of the same kind with other pixels, which `warp` made from this picture's texture."""
         image = replace(self, pixels=pixels, alpha=alpha)
         if pixels.dtype != self.pixels.dtype:
@@ -92,6 +96,8 @@ def transfer_of(colorspace: str) -> str | None:
     """Return "srgb" or "linear" for colour spaces that filters decode themselves, None for others."""
     if colorspace in USUAL and not own_configuration():
         return TRANSFERS[USUAL[colorspace]]
+    import OpenImageIO as oiio
+
     config = oiio.ColorConfig()
     if config.equivalent(colorspace, "sRGB"):
         return "srgb"
@@ -106,6 +112,8 @@ def usual_of(space: str) -> str | None:
     """Return the usual name of a colour space if it has one, else the given name; None if it is unknown."""
     if space in USUAL and not own_configuration():
         return USUAL[space]
+    import OpenImageIO as oiio
+
     config = oiio.ColorConfig()
     if config.resolve(space) not in config.getColorSpaceNames():
         return None
@@ -195,6 +203,8 @@ def convert(image: Image, space: str, dtype: np.dtype) -> Image:
 
 def _ocio(values: NDArray, part: list[int], image: Image, space: str) -> NDArray:
     """Convert up to three channels by OpenColorIO, with straight alpha; fewer than three are treated as grey."""
+    import OpenImageIO as oiio
+
     rgb = values[..., [*part, *[part[0]] * (3 - len(part))]] if len(part) < 3 else values[..., part]
     alpha = values[..., image.alpha : image.alpha + 1] if image.associated and image.alpha >= 0 else None
     if alpha is not None:

@@ -3,10 +3,12 @@
 The tile with lower left corner u, v has the number 1001 + u + 10 v, with u from 0 to 9.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +16,9 @@ from ...arrays import Box, Real
 from ...errors import InputError, first_names
 from ...memory import Memory
 from .. import limits
-from . import image_files, rasters
-from .image import Image
+
+if TYPE_CHECKING:
+    from .image import Image
 
 MARK = "<UDIM>"
 TILES_PER_ROW = 10  # by the UDIM convention: tiles are 1001 + column + 10 row
@@ -107,6 +110,8 @@ def read(
     Raises:
         InputError: there is no file, or they are incompatible or too large.
     """
+    from . import image_files
+
     corners = sorted(set(tiles), key=lambda tile: (tile.imag, tile.real))
     paths = {tile: name_of(str(pattern), n) for tile in corners if (n := number_of(tile)) is not None}
     present = {tile: name for tile, name in paths.items() if Path(name).is_file()}
@@ -148,6 +153,8 @@ def read_any(name: str, uv: Callable[[], Real], **options: Any) -> tuple[Image, 
         InputError: as for `read` and `image_files.read`, to which options are passed.
     """
     if not is_pattern(name):
+        from . import image_files, rasters
+
         raster = None
         if not options.get("colorspace"):
             raster = rasters.read(name, max_pixels=options["max_pixels"], nearest=False)

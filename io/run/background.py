@@ -15,7 +15,6 @@ from .. import formats
 from ..artwork import is_drawn, rendering, svg_data
 from ..artwork.element import SVG
 from ..artwork.embedded import LINK, address_of
-from ..pictures import image_files
 from ..pictures.image import Image, convert, unassociate
 
 if TYPE_CHECKING:
@@ -93,6 +92,8 @@ class Background:
 
 
 def _photo(run: Run) -> Image:
+    from ..pictures import image_files
+
     return image_files.read(run.target.path, max_pixels=run.job.max_pixels, room=run.room)
 
 

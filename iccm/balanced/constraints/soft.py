@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import Complex, Index
+from ...arrays import Complex, Index, is_among
 from ...curve import Curve
 from ...errors import ConstraintError
 from ...pins import FREE_TOLERANCE_SHARE, MOST_TOLERANCES, TOLERANCE_SHARE, Softness, choose_radii, size_of
@@ -102,7 +102,7 @@ def patches_of(
     Raises:
         ConstraintError: an exact pin has a rotation or a size.
     """
-    soft = np.isin(pins[:, 0], checked_pins.inner[:, 0]) & (softness.radii != 0)
+    soft = is_among(pins[:, 0], checked_pins.inner[:, 0]) & (softness.radii != 0)
     exact_with_rotation = np.flatnonzero(~soft & ~(np.isnan(softness.rotations) & np.isnan(softness.scales)))
     if exact_with_rotation.size:
         k = int(exact_with_rotation[0] if numbers is None else numbers[exact_with_rotation[0]])

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Flags, Index, Real, xy_of
+from ...arrays import Complex, Flags, Index, Real, is_among, xy_of
 from ...curve import Curve
 from ...errors import ConstraintError
 from ...plane import Similarity, bounding_box, longer_side
@@ -68,7 +68,7 @@ class Pins:
 
     def without(self, sources: Complex) -> "Pins":
         """Return the constraints without the inner pins that lie at `sources` (k,), points of the source."""
-        return replace(self, inner=self.inner[~np.isin(self.inner[:, 0], sources)])
+        return replace(self, inner=self.inner[~is_among(self.inner[:, 0], sources)])
 
     def inverse(self) -> "Pins":
         """Return the pins and strokes of the inverse map."""

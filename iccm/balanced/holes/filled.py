@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Complex, Flags, Index, Real
+from ...arrays import Complex, Flags, Index, Real, distinct
 from ...maps.triangulated.map import TriangulatedMap
 from ...meshes.topology import Triangles
 from ...plane import polygon_area
@@ -45,7 +45,7 @@ def without_filled(state: MeshMap, *, mirrored: bool) -> Cut:
     bays = bool(np.any(weights == BAY))
     is_material: Flags = weights == 1 if opened else weights != BAY
     faces = state.faces[is_material]
-    used = np.unique(faces)
+    used = distinct(faces)
     place = np.full(state.z.size, -1)
     place[used] = np.arange(used.size)
     filled: Index = np.arange(state.z.size)[state.outer]

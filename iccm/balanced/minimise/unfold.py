@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...arrays import Complex, Flags, Index, Real
+from ...arrays import Complex, Flags, Index, Real, distinct
 from ...linalg.cholesky import system_of
 from ...meshes.stretch import laid_flat
 from ...meshes.topology import labels
@@ -109,7 +109,7 @@ def unfold_on(u: Complex, faces: Index, fixed: Flags, points: Real, least: float
         corner, face = np.nonzero(hit)[0][:, None] + np.zeros(3, int), faces[hit]
         inside = free[face]
         group = labels(face[inside], u.size + corner[inside], u.size + len(faces))
-        for k in np.unique(group[u.size :][folded & hit]):
+        for k in distinct(group[u.size :][folded & hit]):
             group_faces = faces[hit & (group[u.size :] == k)]
             new = _move(u, faces, free & (group[: u.size] == k), gradients, areas)
             if triangle_heights(new[group_faces]).min() > max(0, triangle_heights(u[group_faces]).min()):
@@ -136,7 +136,7 @@ def _move(
     hit = free[faces].any(axis=1)
     if not hit.any():
         return u
-    vertices = np.unique(faces[hit])
+    vertices = distinct(faces[hit])
     vertices = vertices[np.argsort(free[vertices], kind="stable")]
     border = int(np.count_nonzero(~free[vertices]))
     part = _number(faces[hit], vertices, u.size)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...arrays import Flags, Index, Real
+from ...arrays import Flags, Index, Real, distinct
 from ..errors import Stuck
 from .outline import Outline
 
@@ -134,7 +134,7 @@ def pass_through(match: Match, anchors: Match | None, even: float = 0.0) -> Matc
     s = np.append(anchors.s, anchors.s[0] + length)
     tau = np.append(anchors.tau, anchors.tau[0] + goal)
     laps = np.floor((match.s[:-1] - s[0]) / length)
-    knots = np.unique(np.concatenate([match.s[:-1] - laps * length, s]))
+    knots = distinct(np.concatenate([match.s[:-1] - laps * length, s]))
     old, old_ends = match.at(knots), match.at(s)
     k = np.clip(np.searchsorted(s, knots, side="right") - 1, 0, s.size - 2)
     share = np.clip((old - old_ends[k]) / np.maximum(old_ends[k + 1] - old_ends[k], 1e-300), 0, 1)

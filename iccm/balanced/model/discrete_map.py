@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Complex, Flags, Index, Real
+from ...arrays import Complex, Flags, Index, Real, distinct
 from ...drawings.cost import LOST_POINT_ENERGY
 from ...linalg.cholesky import BlockPattern, system_of
 from ...plane import triangle_areas
@@ -201,7 +201,7 @@ class DiscreteMap(MeshMap):
         """The vertices of rigid regions with aims; shape (k,)."""
         if self.rigid is None or not self.aims.size:
             return np.empty(0, np.int64)
-        return np.unique(self.faces[self.rigid >= 0])
+        return distinct(self.faces[self.rigid >= 0])
 
     @cached_property
     def rotation(self) -> float:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from ...arrays import Index, Real, complex_of
+from ...arrays import Index, Real, complex_of, distinct
 from ...curve import Curve
 from ..minimise.sliding import Rail
 
@@ -131,7 +131,7 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
     ring = curve.polygon.simplify(fineness * curve.diagonal).exterior
     kept = complex_of(shapely.get_coordinates(ring)).tolist()
     place = {z: k for k, z in enumerate(curve.z.tolist())}
-    return np.unique([place[z] for z in (*kept, *always)])
+    return distinct(np.array([place[z] for z in (*kept, *always)]))
 
 
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:

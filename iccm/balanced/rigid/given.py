@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from ...arrays import Complex, Flags, Index, complex_of, xy_of
+from ...arrays import Complex, Flags, Index, complex_of, distinct, xy_of
 from ...curve import Curve
 from ...errors import InputError
 from ...plane import Similarity
@@ -132,7 +132,7 @@ def aims_by(count: int, region_of_pin: Index, pins: Complex, size: float) -> tup
     """
     aims, is_prescribed = np.full(count, size, complex), np.zeros(count, bool)
     centroids = np.full((count, 2), np.nan + 0j)
-    for k in np.unique(region_of_pin[region_of_pin >= 0]):
+    for k in distinct(region_of_pin[region_of_pin >= 0]):
         sources, goals = pins[region_of_pin == k].T
         centroids[k] = sources.mean(), goals.mean()
         if sources.size < 2:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import progress
-from ...arrays import Complex, Real
+from ...arrays import Complex, Real, distinct
 from ...curve import Curve
 from ..constraints.strokes import inside
 from ..errors import Stuck, Tangled, check_time, first_success
@@ -204,7 +204,7 @@ class Level:
         if not self.keeps(source):
             return None
         hole, partner = self.holes[0][source], self.holes[1][target]
-        shares = np.unique(np.round(np.concatenate([[0.0, 1.0], hole.shares, partner.shares]), 12))
+        shares = distinct(np.round(np.concatenate([[0.0, 1.0], hole.shares, partner.shares]), 12))
         return Match(hole.at_shares(shares), partner.at_shares(shares))
 
     def outlines(self, loops: Sequence[Loop]) -> tuple[list[Outline], list[Outline]]:

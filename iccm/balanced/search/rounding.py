@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Complex, Flags, Index
+from ...arrays import Complex, Flags, Index, distinct
 from ...curve import Curve, inside_any
 from ...plane import triangle_areas
 from ..holes.outlines import are_disjoint
@@ -39,7 +39,7 @@ def rounded(problem: UnitProblem) -> UnitProblem:
     pins, anchors = snap_to_coarse_grid(problem.pins), snap_to_coarse_grid(problem.outline_pins).T.tolist()
     for curve, holes, points in zip((source, target), (rims, goals), pins.T):
         inside = curve.contains(points) & ~inside_any(holes, points)
-        if not inside.all() or np.unique(points).size < points.size:
+        if not inside.all() or distinct(points).size < points.size:
             return problem
     return problem._replace(
         source=source,

@@ -5,7 +5,7 @@ from itertools import permutations
 
 import numpy as np
 
-from ...arrays import Complex, Index, Real
+from ...arrays import Complex, Index, Real, distinct
 from ...curve import Curve
 from ...linalg.cholesky import system_of
 from ..holes.outlines import manageable_holes
@@ -223,7 +223,7 @@ def _kept_first(start: MeshMap, pins: Complex, filled: list[Index]) -> Index | N
     """
     away = np.abs(start.z[start.border :] - pins[:, None])
     retained = np.concatenate([start.border + away.argmin(axis=1), *filled])
-    if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or np.unique(retained).size < retained.size:
+    if np.any(away.min(axis=1) > SAME_PLACE_SHARE) or distinct(retained).size < retained.size:
         return None
     remaining = np.setdiff1d(np.arange(start.border, start.z.size), retained)
     return np.concatenate([np.arange(start.border), retained, remaining])

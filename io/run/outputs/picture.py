@@ -14,7 +14,7 @@ from ....errors import InputError
 from ....pixels.canvas import Canvas, Diagnostics
 from ....pixels.warp import Warp, band_bytes, padded, whole, whole_bytes
 from ... import formats
-from ...pictures import georeferenced, image_files, rasters
+from ...pictures import georeferenced
 from ...pictures.image import Image, prepare, unassociate
 from ..blank_picture import Colours
 from ..job import Job
@@ -58,7 +58,7 @@ class Picture(Output):
 
     def _keeps_numbers(self, run: Run) -> bool:
         """Return whether the picture is one of numbers, and written in a format that keeps them."""
-        return run.image.raster is not None and formats.suffix_of(self.name) in rasters.TIFF_SUFFIXES
+        return run.image.raster is not None and formats.suffix_of(self.name) in georeferenced.TIFF_SUFFIXES
 
     def check(self, run: Run) -> None:
         """Check the canvas, the texture, memory, and the format."""
@@ -80,6 +80,8 @@ class Picture(Output):
         Raises:
             InputError: there are too many pixels or channels, or the colour space is not supported.
         """
+        from ...pictures import image_files
+
         job, suffix, format = run.job, formats.suffix_of(self.name), self._format
         path = formats.written(self.name)
         raster = run.image.raster
@@ -124,6 +126,8 @@ class Picture(Output):
 
     def write(self, run: Run, path: Path, earlier: Sequence[OutputReport] = ()) -> OutputReport:
         """Write rows as they are computed, or with --padding the whole picture at once."""
+        from ...pictures import image_files, rasters
+
         canvas, error = run.canvas_of(self.tile), run.job.max_pixel_error
         work = Warp(run.mapping, run.sampler, canvas, placing=run.placing, max_error=error)
         colours = Colours(numbers=run.image.raster is not None)

@@ -127,10 +127,14 @@ def test_mistakes_are_reported_with_their_keys():
 
 
 @pytest.mark.slow
-def test_a_plain_job_of_the_command_line_runs_without_pydantic_opencv_and_scipy(shapes):
+@pytest.mark.parametrize(
+    ("name", "unused"), [("out.png", {"numpy.ma"}), ("out.svg", {"numpy.ma", "OpenImageIO", "fontTools"})]
+)
+def test_a_plain_job_of_the_command_line_runs_without_modules_that_it_does_not_need(shapes, name, unused):
+    unused = {"pydantic", "cv2", "scipy.linalg", "scipy.sparse", "matplotlib", "trimesh", "skimage"} | unused
     script = (
         "import sys; from iccm import cli; code = cli.run(sys.argv[1:]); "
-        "print(code, *{'pydantic', 'cv2', 'scipy.linalg', 'scipy.sparse', 'matplotlib'} & sys.modules.keys())"
+        f"print(code, *{unused} & sys.modules.keys())"
     )
-    line = [sys.executable, "-c", script, "map", "square.svg", "blob.svg", "-q", "--size", "64"]
+    line = [sys.executable, "-c", script, "map", "square.svg", "blob.svg", "-q", "-o", name]
     assert subprocess.run(line, capture_output=True, text=True).stdout == "0\n"
