@@ -1,5 +1,6 @@
 // The demo as a part of a page of the site.
 
 import {begin} from './demo.js';
+import {showPin} from './opening.js';
 
-begin();
+begin().then((demo) => demo && showPin(demo));

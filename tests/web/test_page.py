@@ -19,6 +19,7 @@ import iccm
 from iccm.curve import Curve, hausdorff, interior_grid
 from iccm.io.pictures import stmap_files
 
+from ..bench.hands import MOST_AFTER, displacement
 from .pinned import pinned_energy
 
 webdriver = pytest.importorskip("selenium.webdriver", reason="NO BROWSER TESTS: selenium is not installed")
@@ -41,8 +42,8 @@ pytestmark = [
 FLAGS = (
     *("--headless=new", "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-sync"),
     *("--disable-background-networking", "--disable-component-update", "--window-size=1200,900"),
-    *("--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-)  # WebGL without a graphics card, and no connections to the vendor
+    *("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-prefers-reduced-motion"),
+)  # WebGL without a graphics card, no connections to the vendor, and nothing that moves by itself
 PATIENCE = 60
 SIMILAR = 0.8
 """Structural similarity at a quarter of the size. A mirrored picture has 0.53, one shifted by 8 pixels 0.68; the
@@ -202,6 +203,54 @@ def without_errors(page):
     assert not [
         entry for entry in entries if "GPU" not in entry["message"] and "GL Driver" not in entry["message"]
     ]
+
+
+def moving(page):
+    """Open the page as for somebody who has not asked for less motion, and note where its pin has been."""
+    motion = {"features": [{"name": "prefers-reduced-motion", "value": "no-preference"}]}
+    page.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", motion)
+    page.driver.get((page.folder / "demo.html").as_uri())
+    page.wait("globalThis.iccmDemo")
+    page.js(
+        "(globalThis.places = [], setInterval(() => iccmDemo.pinning.scene.pins[0]"
+        " && places.push([...iccmDemo.pinning.scene.pins[0].target]), 20))"
+    )
+
+
+def still(page):
+    """Open the page as for somebody who has asked for less motion."""
+    motion = {"features": [{"name": "prefers-reduced-motion", "value": "reduce"}]}
+    page.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", motion)
+    page.open()
+
+
+def test_a_pin_moves_when_the_page_opens_and_returns_to_its_place(page):
+    still(page)
+    before = page.floats
+    assert not page.pins
+    moving(page)
+    try:
+        page.wait("globalThis.places?.some((place) => place.join() !== places[0].join())")
+        page.wait(f"{RESTS} && places.slice(-20).every((place) => place.join() === places.at(-1).join())")
+        places = np.array(page.js("places")) @ [1, 1j]
+        size = np.ptp(page.outline().real)
+        assert np.abs(places - places[0]).max() > 0.05 * size and places[-1] == places[0]
+        assert len(page.pins) == 1
+        assert displacement(before, page.floats) < MOST_AFTER
+    finally:
+        still(page)
+
+
+def test_the_pin_that_moves_stops_where_somebody_begins_to_work(page):
+    moving(page)
+    try:
+        page.wait("globalThis.places?.some((place) => place.join() !== places[0].join())")
+        press(page, "Escape", 27)
+        page.wait(f"{RESTS} && places.slice(-20).every((place) => place.join() === places.at(-1).join())")
+        places = np.array(page.js("places"))
+        assert not np.array_equal(places[-1], places[0])
+    finally:
+        still(page)
 
 
 def test_the_demo_is_small_and_loads_nothing(page):
