@@ -51,6 +51,7 @@ HOLDS = {
     "drawing": "shapes, artwork",
     "mesh": "meshes",
     "uv": "meshes with new coordinates",
+    "overlay": "numbers at vertices (read)",
     "flat": "flattenings",
     "plot": "figures",
     "stmap": "STMaps",

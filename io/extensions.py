@@ -9,13 +9,15 @@ Some come with iccm, in the folder `extensions`; others are those of other packa
     [project.entry-points."iccm.commands"]
     measure = "package:measure"
 
-Names of formats are suffixes without the dot, objects are an `iccm.io.formats.Format` or a command of click. Extensions
-are only looked for when a suffix or a command is not one of iccm's own, so that they cost nothing otherwise.
+Names of formats are suffixes without the dot, or patterns of names such as "lh.*"; objects are an
+`iccm.io.formats.Format` or a command of click. Extensions are only looked for when a suffix or a command is not one of
+iccm's own, so that they cost nothing otherwise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fnmatch import fnmatchcase
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -46,12 +48,24 @@ def _entry_points(group: str) -> dict[str, metadata.EntryPoint]:
 def _by_suffix() -> dict[str, metadata.EntryPoint]:
     """Return the entry points of formats by their suffixes."""
     points = _entry_points(FORMATS_GROUP)
-    return {f".{name.removeprefix('.').lower()}": point for name, point in points.items()}
+    return {
+        name.lower() if "*" in name else f".{name.removeprefix('.').lower()}": point
+        for name, point in points.items()
+    }
 
 
 def formats() -> tuple[str, ...]:
-    """Return the suffixes of the formats of extensions, such as ".off2"."""
+    """Return the suffixes of the formats of extensions, such as ".off2", and patterns of names, such as "lh.*"."""
     return tuple(_by_suffix())
+
+
+def fitting(name: str, suffix: str) -> str | None:
+    """Return which format of an extension fits a file's name in lower case: its suffix, a longer one, or a pattern."""
+    known = _by_suffix()
+    if suffix in known:
+        return suffix
+    patterns = [pattern if "*" in pattern else f"*{pattern}" for pattern in known]
+    return next((key for key, pattern in zip(known, patterns) if fnmatchcase(name, pattern)), None)
 
 
 def commands() -> dict[str, str]:

@@ -67,7 +67,6 @@ EXTRAS = (
         {name: name for name in ("pyogrio", "rasterio")},
     ),
     Extra("heic", "photos in HEIC, as phones take them", {"pi_heif": "pi-heif"}),
-    Extra("brain", "cortical surfaces of GIFTI and FreeSurfer", {"nibabel": "nibabel"}),
     Extra("imagej", "points from ImageJ and Fiji", {"roifile": "roifile"}),
     Extra("itk", "displacement fields as .nrrd, .mha and .nii", {"SimpleITK": "SimpleITK"}),
 )

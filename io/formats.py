@@ -36,6 +36,7 @@ KINDS = {
     "drawing": "drawings",
     "outlines": "outlines",
     "mesh": "meshes",
+    "overlay": "numbers at vertices",
     "flat": "flattenings",
     "plot": "plots",
     "stmap": "STMaps",
@@ -49,11 +50,8 @@ MOST_LISTED_SUFFIXES = 8
 """A message that lists more is not read."""
 USUAL_SUFFIXES = (".png", ".svg", ".jpg", ".obj", ".glb", ".tif", ".exr", ".npz")
 """The suffixes that most people use, which messages list first."""
-EXTENDED = ("mesh", "uv")
+EXTENDED = ("mesh", "uv", "overlay")
 """Contents, as attributes of `Format`, for which extensions have formats."""
-FREESURFER = "lh.*"
-"""Stands in the table for the files of FreeSurfer, whose names tell the hemisphere, as in lh.white and rh.inflated."""
-DOUBLE_SUFFIXES = (".gii.gz",)
 
 
 @dataclass(frozen=True)
@@ -91,6 +89,7 @@ class Format:
         mesh: module and class of `io.meshes` for a mesh format; of an extension, `package.module:Class`.
         uv: whether iccm writes meshes with texture coordinates.
         could_hold_uv: whether such files could hold texture coordinates, but are not written.
+        overlay: of an extension, the class that reads numbers at vertices, from files without a mesh.
         flat: a flattening.
         plot: a figure.
         stmap: whether an STMap, which needs floats.
@@ -107,6 +106,7 @@ class Format:
     mesh: str = ""
     uv: bool = False
     could_hold_uv: bool = False
+    overlay: str = ""
     flat: bool = False
     plot: bool = False
     stmap: bool = False
@@ -148,9 +148,6 @@ FORMATS = {
     ".gltf": Format(mesh="gltf_format.GltfFormat", uv=True),
     ".off": Format(mesh="off_stl_formats.OffFormat"),
     ".stl": Format(mesh="off_stl_formats.StlFormat"),
-    ".gii": Format(mesh="brain_formats.GiftiFormat"),
-    ".gii.gz": Format(mesh="brain_formats.GiftiFormat"),
-    FREESURFER: Format(mesh="brain_formats.FreeSurferFormat"),
     ".toml": Format(manifest=True),
     ".jsonl": Format(manifest=True),
     ".ndjson": Format(manifest=True),
@@ -180,14 +177,12 @@ EXPORTS = {
 
 
 def suffix_of(name: str | PathLike) -> str:
-    """Return the suffix in lower case; for files of FreeSurfer, which have none, FREESURFER."""
+    """Return the suffix in lower case; for names that only an extension's pattern or longer suffix fits, this."""
     path = Path(name)
-    suffix, base = path.suffix.lower(), path.name.lower()
-    if suffix in FORMATS:
+    suffix = path.suffix.lower()
+    if suffix in FORMATS or not suffix:
         return suffix
-    if base.startswith(("lh.", "rh.")) and suffix not in extensions.formats():
-        return FREESURFER
-    return next((double for double in DOUBLE_SUFFIXES if base.endswith(double)), suffix)
+    return extensions.fitting(path.name.lower(), suffix) or suffix
 
 
 def written(output: str) -> str:
@@ -267,8 +262,8 @@ def table() -> list[str]:
         kinds = [KINDS[kind] for kind in KINDS if getattr(form, kind) and kind != "uv"]
         is_mesh_read_only = bool(form.mesh) and not form.uv
         are_outlines_read_only = form.outlines and not (form.drawing or form.constraints)
-        is_read_only = suffix in READ_ONLY or is_mesh_read_only or are_outlines_read_only
-        lines.append(f"{suffix:10}{', '.join(kinds)}{' *' if is_read_only else ''}")
+        is_read_only = suffix in READ_ONLY or is_mesh_read_only or are_outlines_read_only or form.overlay
+        lines.append(f"{suffix:9} {', '.join(kinds)}{' *' if is_read_only else ''}")
     return lines
 
 

@@ -6,7 +6,6 @@ obj_format        OBJ with material libraries
 ply_format        PLY
 gltf_format       glTF and GLB
 off_stl_formats   OFF and STL
-brain_formats     GIFTI, and surfaces and patches of FreeSurfer
 overlays          numbers and labels at the vertices of a surface
 embedding         pictures as stored in mesh files
 obj               OBJ files with all their bytes

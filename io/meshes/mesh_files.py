@@ -29,6 +29,11 @@ def format_of(name: str | Path) -> type[MeshFormat]:
     if not (place := formats.of(name).mesh):
         cure = formats.remedy(name, "mesh", formats.holding("mesh"))
         raise InputError(f"{name}: cannot read a mesh from {formats.suffix_of(name)!r}; {cure}")
+    return class_at(place)
+
+
+def class_at(place: str) -> type[MeshFormat]:
+    """Return the class that the table of formats names."""
     if ":" in place:  # an extension
         module, _, kind = place.partition(":")
         return getattr(import_module(module), kind)

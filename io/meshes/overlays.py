@@ -1,23 +1,19 @@
-"""Numbers and labels at the vertices of a surface, read from GIFTI, FreeSurfer's files, MGH, tables and meshes."""
+"""Numbers and labels at the vertices of a surface, read from tables and by the formats that have them."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...arrays import Index, Real
 from ...errors import InputError
 from .. import files, formats, limits
 from ..spec import Spec
-from .brain_formats import GiftiFormat, freesurfer, gifti
-from .mesh_files import open_mesh
+from .mesh_files import class_at
 from .mesh_format import Overlay, reason_of
 
 TABLES = (".txt", ".csv", ".1d")
-MGH = (".mgh", ".mgz")
-LABEL_INTENT = 1002  # GIFTI's intent of labels
 
 
 def read(name: str | Path, count: int) -> Overlay:
@@ -41,41 +37,17 @@ def read(name: str | Path, count: int) -> Overlay:
 
 
 def _read(spec: Spec) -> Overlay:
-    path, suffix = spec.path, spec.path.suffix.lower()  # lh.thickness.mgh is not a surface
-    is_surface = formats.of(path).mesh and suffix not in (*MGH, *TABLES)
-    surface = open_mesh(path) if is_surface else None
-    if surface is not None and (overlay := surface.overlay(spec.selection)) is not None:
-        return overlay
-    if spec.selection:
-        raise InputError(f"{path}#{spec.selection}: arrays of files of this type have no names")
-    if isinstance(surface, GiftiFormat):
-        return _gifti(path)
-    if suffix in TABLES:
+    path, suffix = spec.path, spec.path.suffix.lower()
+    if suffix in TABLES and not spec.selection:
         return Overlay(np.loadtxt(path, delimiter="," if suffix == ".csv" else None, ndmin=1))
-    kind = "mgh" if suffix in MGH else "annot" if path.name.endswith(".annot") else "morph"
-    data = freesurfer(path, kind)
-    colors = {key: _rgba(row[:3] / 255) for key, row in enumerate(data.get("colors", ()))}
-    return Overlay(data["values"], colors if kind == "annot" else None)
-
-
-def _gifti(path: Path) -> Overlay:
-    """Read the first array of numbers or labels of a GIFTI file."""
-    data = gifti(path)
-    arrays = [
-        (array, intent)
-        for array, intent in zip(data["arrays"], data["intents"])
-        if array.ndim and array.size == len(array)
-    ]
-    if not arrays:
-        raise InputError(f"{path}: has no values at vertices")
-    values, intent = arrays[0][0].astype(float).ravel(), arrays[0][1]
-    if intent != LABEL_INTENT:
-        return Overlay(values)
-    return Overlay(values, {int(key): np.array(color) for key, *color in data["labels"]})
-
-
-def _rgba(rgb: Real) -> NDArray[np.float64]:
-    return np.append(rgb, 1.0)
+    form = formats.of(path)
+    place = form.mesh or form.overlay
+    overlay = class_at(place)(path).overlay(spec.selection) if place and suffix not in TABLES else None
+    if overlay is None:
+        array = f"#{spec.selection}" if spec.selection else ""
+        problem = "arrays of such files have no names" if array else "such files have no numbers at vertices"
+        raise InputError(f"{path}{array}: {problem}")
+    return overlay
 
 
 def interpolate(overlay: Overlay, corners: Index, weights: Real) -> tuple[Real, Real]:

@@ -451,7 +451,7 @@ def test_completion_scripts_are_generated(shell):
 
 def test_info_lists_every_format(iccm):
     result = iccm("info", "--formats")
-    rows = {line.split()[0]: line for line in result.out.splitlines() if line.startswith((".", "lh"))}
+    rows = {line.split()[0]: line for line in result.out.splitlines() if line.startswith((".", "lh", "rh"))}
     assert result.code == 0 and rows.keys() == formats.every().keys()
     assert "pictures" in rows[".png"] and not rows[".png"].endswith("*") and rows[".gif"].endswith("*")
     assert "meshes" in rows[".stl"] and rows[".stl"].endswith("*") and not rows[".glb"].endswith("*")

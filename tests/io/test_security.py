@@ -1,6 +1,5 @@
 """Hostile inputs: no unexpected file is read, and limits apply before memory is allocated."""
 
-import gzip
 import json
 import os
 import struct
@@ -149,10 +148,6 @@ FACES = {
     "a.gltf": json.dumps(
         {"meshes": [{"primitives": [{"indices": 0}]}], "accessors": [{"count": 213}]}
     ).encode(),
-    "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
-    b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
-    "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),
-    "lh.white": b"\xff\xff\xfecreated by somebody\n\n" + struct.pack(">ii", 3, 71) + bytes(12 * 74),
 }
 
 
@@ -182,7 +177,7 @@ def test_a_binary_gltf_is_counted(tmp_path):
 
 @pytest.mark.parametrize("suffix", formats.holding("mesh"))
 def test_nonsense_has_no_faces(tmp_path, suffix):
-    path = tmp_path / ("lh.white" if suffix == formats.FREESURFER else f"a{suffix}")
+    path = tmp_path / (suffix.replace("*", "white") if "*" in suffix else f"a{suffix}")
     for content in (b"", b"\xff" * 30, b"{" * 40, b'{"meshes": [3]}', b"glTF" + b"\xff" * 30):
         path.write_bytes(content)
         assert mesh_files.open_mesh(path).count_faces(5) == 0

@@ -11,16 +11,19 @@ import numpy as np
 
 from ...arrays import Index, Real
 from ...errors import InputError, naming
+from ...io import files, limits
+from ...io.isolated import process
+from ...io.meshes.mesh_format import MeshContent, MeshFile, MeshFormat, Overlay
 from ...meshes.mesh import Mesh
 from ...saved import archive
-from .. import extras, files, limits
-from ..isolated import process, readers
-from .mesh_format import MeshContent, MeshFile, MeshFormat
+from . import EXTRA, brain_readers
 
 MOST_DIGITS = 12  # of a size
 POINTSET, TRIANGLE = 1008, 1009
 """GIFTI's intents of arrays of points and of triangles."""
 ARRAY = re.compile(rb"<DataArray\b[^>]*>")
+LABEL_INTENT = 1002
+"""GIFTI's intent of an array of labels."""
 TRIANGLE_MAGIC, QUAD_MAGICS = 0xFFFFFE, (0xFFFFFF, 0xFFFFFD)
 """The first three bytes of a FreeSurfer surface."""
 CURVATURE_MAGIC = b"\xff\xff\xff"
@@ -58,6 +61,23 @@ class GiftiFormat(MeshFormat):
                 "with --overlay"
             )
         return _one(self.path, points[0], faces[0])
+
+    def overlay(self, name: str | None) -> Overlay | None:
+        """Read the first array of numbers or labels, which have no names."""
+        if name:
+            return None
+        data = gifti(self.path)
+        arrays = [
+            (array, intent)
+            for array, intent in zip(data["arrays"], data["intents"])
+            if array.ndim and array.size == len(array)
+        ]
+        if not arrays:
+            raise InputError(f"{self.path}: has no values at vertices")
+        values, intent = arrays[0][0].astype(float).ravel(), arrays[0][1]
+        if intent != LABEL_INTENT:
+            return Overlay(values)
+        return Overlay(values, {int(key): np.array(color) for key, *color in data["labels"]})
 
 
 class FreeSurferFormat(MeshFormat):
@@ -105,17 +125,29 @@ class FreeSurferFormat(MeshFormat):
             note = f"triangles and positions of {whole.name}"
         return _one(self.path, points, faces[inside[faces].all(axis=1)], note)
 
+    def overlay(self, name: str | None) -> Overlay | None:
+        """Read numbers (curv, thickness, .mgh) or labels (.annot), which have no names."""
+        if name:
+            return None
+        is_volume = self.path.suffix.lower() in (".mgh", ".mgz")
+        kind = "mgh" if is_volume else "annot" if self.path.name.endswith(".annot") else "morph"
+        data = freesurfer(self.path, kind)
+        if kind != "annot":
+            return Overlay(data["values"])
+        colors = np.column_stack([data["colors"][:, :3] / 255, np.ones(len(data["colors"]))])
+        return Overlay(data["values"], dict(enumerate(colors)))
+
 
 def freesurfer(path: Path, kind: str) -> dict[str, Any]:
-    """Read a file of FreeSurfer in a separate process, see `readers.freesurfer`.
+    """Read a file of FreeSurfer in a separate process, see `brain_readers.freesurfer`.
 
     Raises:
         InputError: nibabel is not installed, or the file cannot be read.
     """
-    extras.require(f"{path}: reading it", "nibabel")
+    EXTRA.require(f"{path}: reading it", "nibabel")
     if kind != "surface" and _promised(path, kind) > path.stat().st_size:
         raise InputError(f"{path}: damaged: its header promises more values than the file contains")
-    return process.read(path, readers.freesurfer, kind=kind)
+    return process.read(path, brain_readers.freesurfer, kind=kind)
 
 
 def _promised(path: Path, kind: str) -> int:
@@ -165,13 +197,13 @@ def _surface(path: Path) -> tuple[Real, Index]:
 
 
 def gifti(path: Path) -> dict[str, Any]:
-    """Read a GIFTI file in a separate process, see `readers.gifti`.
+    """Read a GIFTI file in a separate process, see `brain_readers.gifti`.
 
     Raises:
         InputError: nibabel is not installed, or the file is too large, refers to other files, or promises more than it
             contains.
     """
-    extras.require(f"{path}: reading it", "nibabel")
+    EXTRA.require(f"{path}: reading it", "nibabel")
     data = gifti_bytes(path)
     if b"ExternalFileBinary" in data:
         raise InputError(f"{path}: its data are in another file; save it with its data")
@@ -182,7 +214,7 @@ def gifti(path: Path) -> dict[str, Any]:
             sides
         ) > limits.DEFLATE_RATIO * len(data):
             raise InputError(f"{path}: damaged: an array promises more numbers than the file contains")
-    return process.read(path, readers.gifti)
+    return process.read(path, brain_readers.gifti)
 
 
 def gifti_bytes(path: Path) -> bytes:

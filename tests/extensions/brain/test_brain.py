@@ -12,6 +12,7 @@ from PIL import Image
 from iccm.errors import InputError
 from iccm.io.isolated import process
 from iccm.io.meshes import mesh_files, overlays
+from tests.mesh_faces import check_71_faces_are_counted
 
 nibabel = pytest.importorskip("nibabel", reason="nibabel is an extra")
 gifti = pytest.importorskip("nibabel.gifti")
@@ -211,3 +212,24 @@ def test_volumes_of_one_hemisphere_are_overlays(tmp_path):
     path = tmp_path / "lh.thickness.mgh"
     nibabel.save(nibabel.MGHImage(np.arange(5, dtype=np.float32).reshape(5, 1, 1), np.eye(4)), path)
     assert np.array_equal(overlays.read(path, 5).values, np.arange(5))
+
+
+FACES = {
+    "a.gii": b'<GIFTI><DataArray Dim0="3" Intent="NIFTI_INTENT_POINTSET"/>'
+    b'<DataArray Intent="NIFTI_INTENT_TRIANGLE" Dim0="71" Dim1="3">',
+    "a.gii.gz": gzip.compress(b'<DataArray Dim0="71" Intent="NIFTI_INTENT_TRIANGLE">'),
+    "lh.white": b"\xff\xff\xfecreated by somebody\n\n" + struct.pack(">ii", 3, 71) + bytes(12 * 74),
+}
+
+
+@pytest.mark.parametrize("name", FACES)
+def test_faces_are_counted_without_reading_the_mesh(tmp_path, name):
+    (tmp_path / name).write_bytes(FACES[name])
+    check_71_faces_are_counted(tmp_path / name)
+
+
+def test_arrays_have_no_names(folder):
+    write_gifti("v.shape.gii", ("NIFTI_INTENT_SHAPE", np.arange(5.0)))
+    for name in ("v.shape.gii#height", "lh.curv#height"):
+        with pytest.raises(InputError, match="have no names"):
+            overlays.read(name, 5)
