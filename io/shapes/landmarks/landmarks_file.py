@@ -6,10 +6,11 @@ import csv
 from abc import ABC, abstractmethod
 from importlib import import_module
 from io import StringIO
+from pathlib import Path
 from typing import ClassVar
 
 from ....errors import InputError, naming
-from ... import files, formats, limits
+from ... import files, limits
 from .pairs import Axes, LandmarkPairs
 
 FORMATS = {
@@ -65,7 +66,7 @@ class LandmarksFile(ABC):
 
 def file_of(name: str) -> LandmarksFile | None:
     """Return a file of landmark pairs by its suffix; None if no program's landmarks have that suffix."""
-    place = FORMATS.get(formats.suffix_of(name))
+    place = FORMATS.get(Path(name).suffix.lower())
     if place is None:
         return None
     module, _, kind = place.partition(".")
