@@ -48,7 +48,11 @@ class StrictModel(BaseModel):
 
 
 def mistakes(error: ValidationError) -> list[tuple[str, str]]:
-    """Return (key, message) for each mistake that pydantic found."""
+    """Return (key, message) for each mistake that pydantic found.
+
+    For a value of several possible types, pydantic reports a mistake for each of them, with the type in its place, as
+    in pins.0.source.tuple[float, float]. These parts are left out, and of such mistakes the first one counts.
+    """
     messages: dict[str, str] = {}
     for item in error.errors(include_url=False, include_input=False):
         parts = [str(part) for part in item["loc"]]

@@ -32,7 +32,12 @@ class EqualArea:
 
     @classmethod
     def of(cls, geometries: Sequence[shapely.Geometry]) -> EqualArea:
-        """Return the projection for geometries in degrees."""
+        """Return the projection for geometries in degrees.
+
+        They lie in the arc of longitudes opposite the widest gap. Without a gap it is Equal Earth around Greenwich, for
+        a wide arc or a wide range of latitudes Equal Earth around the arc's middle, else Lambert's projection around
+        the middle.
+        """
         xy = shapely.get_coordinates(np.array(geometries))
         longitudes = np.unique(xy[:, 0] % 360)
         gaps = np.diff(longitudes, append=longitudes[0] + 360)

@@ -268,11 +268,14 @@ class Origin:
         return (e * by[:, None] - f * ay[:, None]) / area, (f * ax[:, None] - e * bx[:, None]) / area
 
     def _directions(
-        self, new_triangles: Index, weights: Real, triangle: Index, old_weights: Real
-    ) -> tuple[NDArray, NDArray]:
-        """Return (p,) the new layout's tangent and its downward bitangent, in the old layout's frame."""
-        _, tangent, bitangent = _frame(self.new, new_triangles, weights)
-        _, old_tangent, old_bitangent = _frame(self.old, triangle, old_weights)
+        self, new_triangles: Index, new_weights: Real, old_triangles: Index, old_weights: Real
+    ) -> tuple[Complex, Complex]:
+        """Return (p,) the new layout's tangent and its downward bitangent, in the old layout's frame.
+
+        The real part is along the old tangent, the imaginary part along the old bitangent.
+        """
+        _, tangent, bitangent = _frame(self.new, new_triangles, new_weights)
+        _, old_tangent, old_bitangent = _frame(self.old, old_triangles, old_weights)
 
         def in_old_frame(vectors: Real) -> Complex:
             x = np.einsum("pi,pi->p", vectors, old_tangent)

@@ -16,6 +16,7 @@ LIFTING_ROUNDS = 20  # rounds of lifting; one is enough unless such triangles li
 MOST_MOVED_SHARE = 1e-3
 """Default tolerance, a share of the outline's diagonal: how far a vertex may leave the outline."""
 HEIGHT_SHARE = 1e-4  # of its base: height given to a triangle, far more than the rounding of files
+LIFT_FACTOR = 1.01  # of what a height lacks, so that rounding does not leave it short
 LEAST_HEIGHT_SHARE = 2e-7  # of the diagonal: least such height; the ulp of single precision at 1 is 1.2e-7
 
 
@@ -56,16 +57,22 @@ def lift(flat: Complex, faces: Index, loop: Index, diagonal: float) -> Complex:
     faces = faces[(place[faces] >= 0).all(axis=1)]
     # The tip is the corner to lift: the one opposite the side beyond which most of the surface lies.
     tip = np.argmax(_gaps(place[faces], loop.size), axis=1)
-    tips, heads, tails = (np.take_along_axis(faces, ((tip + k) % 3)[:, None], 1)[:, 0] for k in range(3))
+    rows = np.arange(len(faces))
+    tips, firsts, seconds = faces[rows, tip], faces[rows, (tip + 1) % 3], faces[rows, (tip + 2) % 3]
     lifted = flat.copy()
     for _ in range(LIFTING_ROUNDS):
-        base = lifted[tails] - lifted[heads]
-        height = cross(base, lifted[tips] - lifted[heads]) / np.maximum(np.abs(base), 1e-300)
-        short = np.maximum(HEIGHT_SHARE * np.abs(base), LEAST_HEIGHT_SHARE * diagonal) - height
-        low = np.flatnonzero(short > 0)
+        base = lifted[seconds] - lifted[firsts]
+        length = np.abs(base)
+        along = base / np.where(
+            length > 0, length, 1
+        )  # 0 where both ends are at one point: no direction lifts there
+        height = cross(along, lifted[tips] - lifted[firsts])
+        short = np.maximum(HEIGHT_SHARE * length, LEAST_HEIGHT_SHARE * diagonal) - height
+        low = np.flatnonzero((short > 0) & (length > 0))
         if not low.size:
             break
-        lifted[tips[low]] += 1j * (base / np.abs(base))[low] * (1.01 * short[low])
+        # Of triangles with the same tip one counts; the others follow in the next rounds.
+        lifted[tips[low]] += 1j * along[low] * (LIFT_FACTOR * short[low])
     is_far = np.abs(lifted - flat) > MOST_MOVED_SHARE * diagonal
     return np.where(is_far, flat, lifted)
 

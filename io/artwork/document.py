@@ -537,14 +537,24 @@ def _holds(outer: Rectangle, inner: Rectangle) -> bool:
 
 
 def _picture_place(node: Node, ratio: float, height: float) -> Rectangle:
-    """Return the rectangle of a picture in its user space; a missing width or height follows from the picture's own."""
-    wide, high = (
+    """Return the rectangle of a picture in its user space; a missing width or height follows from the picture's own.
+
+    Args:
+        node: the element.
+        ratio: width / height of the picture's pixels.
+        height: of the picture's pixels, which is the height where neither is given.
+    """
+    has_width, has_height = (
         node.properties.get(name, "auto").strip() not in ("", "auto") for name in ("width", "height")
     )
-    x, y, across, down = _rectangle(node)
-    if not wide:
-        across = ratio * (down if high else height)
-    return x, y, across, down if high else across / ratio
+    x, y, given_width, given_height = _rectangle(node)
+    if has_width and has_height:
+        return x, y, given_width, given_height
+    if has_width:
+        return x, y, given_width, given_width / ratio
+    if not has_height:
+        given_height = height
+    return x, y, ratio * given_height, given_height
 
 
 def _corners(place: Rectangle) -> Complex:

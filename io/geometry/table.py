@@ -161,16 +161,23 @@ def _decoded(data: bytes) -> str:
 
 
 def _delimiter(text: str) -> str:
-    """Return the delimiter: tab if there is any, semicolon if commas occur only inside numbers, else comma."""
-    lines = text.split("\n", SNIFFED_ROWS)[:SNIFFED_ROWS]
-    first = lines[0]
+    """Return the delimiter of cells.
+
+    It is the tab if the first row has one. It is the semicolon if the first row has more of them than commas, or if
+    all rows have equally many, unless the first row has more commas and some are not inside numbers. Else it is the
+    comma.
+    """
+    rows = [row for row in text.split("\n", SNIFFED_ROWS)[:SNIFFED_ROWS] if row.strip()]
+    first = text.partition("\n")[0]
     if "\t" in first:
         return "\t"
-    bare = [_INNER_COMMA.sub(".", line) for line in lines if line.strip()]
-    semicolons = {line.count(";") for line in bare}
-    return (
-        ";" if first.count(";") > first.count(",") or (0 not in semicolons and len(semicolons) == 1) else ","
-    )
+    semicolons, commas = first.count(";"), first.count(",")
+    if semicolons > commas:
+        return ";"
+    counts = {row.count(";") for row in rows}
+    is_even = len(counts) == 1 and 0 not in counts
+    are_decimal = not any("," in _INNER_COMMA.sub(".", row) for row in rows)
+    return ";" if is_even and (are_decimal or commas == semicolons) else ","
 
 
 def _has_decimal_commas(rows: list[list[str]], xy_columns: tuple[int, int]) -> bool:

@@ -241,23 +241,28 @@ def _labelme(content: dict[str, Any]) -> Iterator[NamedRings]:
 
 
 def _coco(content: dict[str, Any], selection: str | None) -> tuple[DrawingContent, Iterator[NamedRings]]:
-    """Return the annotations of one picture, on its canvas."""
-    pictures = {annotation["id"]: annotation for annotation in content.get("images", [])}
-    kinds = {annotation["id"]: str(annotation["name"]) for annotation in content.get("categories", [])}
+    """Return all annotations, on the canvas of the picture that has those of the selection.
+
+    Raises:
+        InputError: several pictures have some.
+    """
+    pictures = {picture["id"]: picture for picture in content.get("images", [])}
+    categories = {category["id"]: str(category["name"]) for category in content.get("categories", [])}
     polygons: list[tuple[Any, NamedRings]] = []
     runs = 0
     for annotation in content["annotations"]:
-        picture, parts = annotation.get("image_id"), annotation["segmentation"]
+        picture_id, parts = annotation.get("image_id"), annotation["segmentation"]
         if not isinstance(parts, list):
             runs += 1
             continue
-        annotation_names = [str(annotation.get("id", "")), kinds.get(annotation.get("category_id"), "")]
-        annotation_names.append(str(pictures.get(picture, {}).get("file_name", "")))
-        rings = [complex_of(np.asarray(part, float).reshape(-1, 2)) for part in parts]
-        polygons.append(
-            (picture, (tuple(filter(None, annotation_names)), [_sound(ring) for ring in rings], "nonzero"))
+        names = (
+            str(annotation.get("id", "")),
+            categories.get(annotation.get("category_id"), ""),
+            str(pictures.get(picture_id, {}).get("file_name", "")),
         )
-    annotated = {picture for picture, (names, _, _) in polygons if selection is None or selection in names}
+        rings = [_sound(complex_of(np.asarray(part, float).reshape(-1, 2))) for part in parts]
+        polygons.append((picture_id, (tuple(filter(None, names)), rings, "nonzero")))
+    annotated = {key for key, (names, _, _) in polygons if selection is None or selection in names}
     if len(annotated) > 1:
         raise InputError(
             f"contains annotations of {len(annotated)} pictures; choose one, such as #{_name(pictures, annotated)}"
@@ -268,7 +273,7 @@ def _coco(content: dict[str, Any], selection: str | None) -> tuple[DrawingConten
         drawing.notes.append(
             f"ignored {runs} run-length encoded mask{'s' * (runs > 1)} (RLE); only polygons are read"
         )
-    return drawing, (annotation for _, annotation in polygons)
+    return drawing, (rings for _, rings in polygons)
 
 
 def _name(pictures: dict[Any, Any], annotated: set[Any]) -> str:

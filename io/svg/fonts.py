@@ -250,13 +250,17 @@ class Font:
 
 
 def _one_script(text: str) -> bool:
-    """Return whether HarfBuzz can shape all letters as one run."""
+    """Return whether HarfBuzz can shape all letters as one run.
+
+    Letters of `_ANY` belong together, whatever script HarfBuzz guesses; characters without a script fit any.
+    """
     import uharfbuzz as hb
 
     scripts = set()
     for letter in set(text):
         if any(low <= ord(letter) <= high for low, high in _ANY):
-            scripts |= {"any"} if letter.isalpha() else set()
+            if letter.isalpha():
+                scripts.add("any")
             continue
         buffer = hb.Buffer()
         buffer.add_str(letter)

@@ -150,7 +150,7 @@ class Lettering:
             raise _NotPlainError(f"writing-mode: {properties['writing-mode'].strip()} is not supported")
         keep_space = keep_space or properties.get("white-space", "").strip() in _KEPT_SPACE
         begin = spans.count
-        inherited = _with_lines({k: v for k, v in properties.items() if k not in _NOT_INHERITED})
+        inherited = _with_decoration({k: v for k, v in properties.items() if k not in _NOT_INHERITED})
         spans.add(element.text or "", inherited, keep_space)
         for child in element:
             if local(child) in ("title", "desc", "metadata"):
@@ -609,14 +609,18 @@ def _paint(style: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(style.get({"opacity": SEEN}.get(name, name), default) for name, default in PAINT.items())
 
 
-def _with_lines(properties: dict[str, str]) -> dict[str, str]:
-    """Return properties with the lines that an element draws under, over or through its text, in its size and paint."""
-    words = f"{properties.pop('text-decoration', '')} {properties.pop('text-decoration-line', '')}".split()
-    size = fonts_in_css.px(properties.get("font-size", ""))
-    lines = [[line, size, _paint(properties)] for line in _LINES if line in words]
-    if lines:
-        properties[LINED] = json.dumps(json.loads(properties.get(LINED, "[]")) + lines)
-    return properties
+def _with_decoration(properties: dict[str, str]) -> dict[str, str]:
+    """Return an element's properties with its `text-decoration` added to what it inherits, as LINED has it.
+
+    These are lines under, over or through the text, in the size and paint of the element that draws them.
+    """
+    decorated = dict(properties)
+    words = f"{decorated.pop('text-decoration', '')} {decorated.pop('text-decoration-line', '')}".split()
+    size = fonts_in_css.px(decorated.get("font-size", ""))
+    decorations = [[line, size, _paint(decorated)] for line in _LINES if line in words]
+    if decorations:
+        decorated[LINED] = json.dumps(json.loads(decorated.get(LINED, "[]")) + decorations)
+    return decorated
 
 
 def _is_upright(text: str, style: Mapping[str, str]) -> bool:

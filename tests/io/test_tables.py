@@ -40,7 +40,14 @@ def test_decimal_commas_are_read_and_written(tmp_path, content, delimiter):
 
 
 @pytest.mark.parametrize(
-    "content", ["x,y\n12.5,-3.25\n", "12.5,-3.25\n", 'x,y,note\n12.5,-3.25,"a;b"\n', "x;y\n12.5;-3.25\n"]
+    "content",
+    [
+        "x,y\n12.5,-3.25\n",
+        "12.5,-3.25\n",
+        'x,y,note\n12.5,-3.25,"a;b"\n',
+        "x,y,kind;sort\n12.5,-3.25,a;b\n",
+        "x;y\n12.5;-3.25\n",
+    ],
 )
 def test_points_stay_points(tmp_path, content):
     table = read(tmp_path, content)

@@ -137,6 +137,11 @@ def kept_vertices(curve: Curve, fineness: float, always: tuple[complex, ...] = (
 def manageable(curve: Curve, tolerance: float, always: tuple[complex, ...] = ()) -> Curve:
     """Return the outline simplified within a share of the tolerance, and further where it has too many vertices.
 
+    Args:
+        curve: the outline.
+        tolerance: of the map, relative to the outline's diagonal.
+        always: vertices to keep, fewer than MOST_OUTLINE_VERTICES.
+
     Each round simplifies the result of the last one: the time of GEOS is quadratic in the number of vertices on thin
     strips. The distances of all rounds add up to less than three times that of the last.
     """

@@ -351,6 +351,10 @@ def test_triangles_on_a_straight_side_are_lifted_and_others_stay():
     np.testing.assert_array_equal(np.delete(lifted, 1), np.delete(flat, 1))
     hollow = flat + 0.1j * (np.arange(5) == 1)
     np.testing.assert_array_equal(lift(hollow, faces, loop, 2**0.5), hollow)
+    point = np.array(
+        [0, 0.5, 0, 1 + 1j, 1j], complex
+    )  # the side opposite vertex 1 has no direction to lift it
+    np.testing.assert_array_equal(lift(point, faces[:1], loop, 2**0.5), point)
 
 
 def sphere(n=24, m=16):
