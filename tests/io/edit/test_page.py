@@ -63,6 +63,8 @@ class Page:
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         options.set_capability("unhandledPromptBehavior", "ignore")
         self.driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+        # Some versions give a page without a window no focus, and its elements no events of it.
+        self.driver.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": True})
         self.driver.get(self.address)
         self.wait("globalThis.iccm || !document.getElementById('welcome').hidden")
         if arguments:
