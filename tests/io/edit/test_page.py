@@ -1674,7 +1674,7 @@ def test_title_settings_and_whatever_is_offered_are_in_sight_at_every_width(page
       e.hidden = false;
       e.textContent ||= 'Recompute from scratch'; }})""")
     places = edited.js(PLACES, ".offers button")
-    assert len(places) == 4
+    assert len(places) == edited.js(f"{offers}.length") > 1
     for name, left, top, right, bottom in places:
         assert left >= 0 and right <= width and bottom <= height, name
         hit = "document.elementFromPoint(arguments[0], arguments[1]).closest('button')?.id"
