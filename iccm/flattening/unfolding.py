@@ -18,7 +18,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Complex, Flags, Index, Real, complex_of, unit_vectors, xy_of
-from ..meshes.flatten import LEAST_STEEP_SHARE
+from ..meshes.flatten import LEAST_STEEP_SHARE, gradient_integrals
 from ..meshes.mesh import face_angles
 from ..meshes.patch import Patch
 from ..meshes.stretch import SLIVER_HEIGHT_SHARE
@@ -231,17 +231,12 @@ class _Growth:
     def _steepest(self, piece: Patch) -> Complex:
         """Return (r,) the model's up seen in each region, times its area; short where the region is horizontal."""
         height = piece.points[:, piece.mesh.up_axis]
-        ups = np.zeros(self._count, complex)
-        a, b, c = self.flat.T
-        for first, second, k in (
-            (b, c, 0),
-            (c, a, 1),
-            (a, b, 2),
-        ):  # the gradient of the height, times the area
-            ups += _complex_sums(
-                self._region, 0.5j * height[piece.faces[:, k]] * (second - first), self._count
+        rises = gradient_integrals(self.flat, height[piece.faces])
+        return complex_of(
+            np.column_stack(
+                [np.bincount(self._region, part, self._count) for part in (rises.real, rises.imag)]
             )
-        return ups
+        )
 
     def _joints(self) -> None:
         """Collect the joints: pairs of regions with common edges, which lie on one line as both are planar."""
@@ -430,10 +425,6 @@ def _projected(piece: Patch, region: Index, normals: Real) -> Complex:
     return np.einsum("mki,mi->mk", corners, right[region]) + 1j * np.einsum(
         "mki,mi->mk", corners, ahead[region]
     )
-
-
-def _complex_sums(region: Index, values: Complex, count: int) -> Complex:
-    return complex_of(np.column_stack([np.bincount(region, part, count) for part in xy_of(values).T]))
 
 
 def _sums(region: Index, vectors: Real) -> Real:

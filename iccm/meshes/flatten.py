@@ -16,6 +16,7 @@ from ..arrays import Complex, Index, Real, complex_of, xy_of
 from ..curve import Curve
 from ..plane import cross, rotation, triangle_areas
 from ..sorting import grouped
+from .mesh import up_and_front
 from .patch import Patch
 from .stretch import laid_flat, stretches
 
@@ -27,6 +28,8 @@ LEAST_STEEP_SHARE = 0.1
 """Mean sine of the slope of a surface below which it counts as horizontal: 6 degrees."""
 FRONT_PREFERENCE = 0.1
 """Weight that faces gain that look to the front, relative to others."""
+RIGHT_PREFERENCE = 0.1
+"""Weight of looking to the right relative to that of looking to the front, which decides between two sides."""
 DIRECTION_SHARPNESS = 16
 """Power of the cosine by which a direction counts for others: half at 17 degrees."""
 SAME_DIRECTION_DEGREES = 30
@@ -308,13 +311,15 @@ def upright(patch: Patch, flat: Complex) -> Complex:
     corners = patch.points[patch.faces]
     across = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = across.sum(axis=0)
-    axis = patch.mesh.up_axis
-    back = -np.eye(3)[2] if axis == 1 else np.eye(3)[1]
-    up = np.eye(3)[axis] if abs(normal[axis]) < 0.9 * np.linalg.norm(normal) else back
+    up, front = up_and_front(patch.mesh.up_axis)
+    if abs(normal @ up) >= 0.9 * np.linalg.norm(normal):
+        up = -front
     right = np.cross(up, normal)
-    right = right / max(np.linalg.norm(right), 1e-300)
+    right = right / max(float(np.linalg.norm(right)), 1e-300)
     up = np.cross(normal, right)
-    projected = patch.points @ right + 1j * (patch.points @ (up / max(np.linalg.norm(up), 1e-300)))
+    projected: Complex = patch.points @ right + 1j * (
+        patch.points @ (up / max(float(np.linalg.norm(up)), 1e-300))
+    )
     area = np.linalg.norm(across, axis=1)
     weight = np.bincount(patch.faces.ravel(), np.repeat(area, 3), minlength=len(flat))
     centred = flat - np.sum(weight * flat) / weight.sum()
@@ -331,15 +336,15 @@ def stand_upright(layout: Flattening) -> Flattening:
     back is up, or a straight edge near that direction.
     """
     patch = layout.patch
-    axis = patch.mesh.up_axis
-    rows = np.eye(3)
-    up, front = rows[axis], rows[2] if axis == 1 else -rows[1]
+    up, front = up_and_front(patch.mesh.up_axis)
     steepest = _gradients(layout, up)
     if np.abs(steepest).sum() >= LEAST_STEEP_SHARE * patch.areas.sum():
         # of directions with equal areas, that of the front wins
         corners = patch.points[patch.faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        facing = normals @ (front + 0.1 * np.cross(up, front)) / np.maximum(2 * patch.areas, 1e-300)
+        facing = (
+            normals @ (front + RIGHT_PREFERENCE * np.cross(up, front)) / np.maximum(2 * patch.areas, 1e-300)
+        )
         direction = _main_direction(steepest * (1 + FRONT_PREFERENCE * facing))
     else:
         direction = _along_edges(layout, _main_direction(_gradients(layout, -front)))
@@ -348,13 +353,22 @@ def stand_upright(layout: Flattening) -> Flattening:
     return replace(layout, flat=layout.flat * factor, even=even)
 
 
+def gradient_integrals(z: Complex, values: Real) -> Complex:
+    """Return (m,) the gradient on each triangle, times its area, of a linear function.
+
+    Args:
+        z: (m, 3) corners of the triangles, counter-clockwise.
+        values: (m, 3) of the function at the corners.
+    """
+    opposite = np.roll(z, -2, axis=1) - np.roll(z, -1, axis=1)
+    return 0.5j * (values * opposite).sum(axis=1)
+
+
 def _gradients(layout: Flattening, direction: Real) -> Complex:
     """Return (m,) gradients in the plane of the coordinate along a direction (3,), times the areas in space."""
     patch = layout.patch
     z, height = layout.flat[patch.faces], (patch.points @ direction)[patch.faces]
-    opposite = np.roll(z, -2, axis=1) - np.roll(z, -1, axis=1)
-    doubled = 2 * np.maximum(triangle_areas(z), 1e-300)
-    gradient = 1j * (height * opposite).sum(axis=1) / doubled
+    gradient = gradient_integrals(z, height) / np.maximum(triangle_areas(z), 1e-300)
     # slivers have no reliable gradient; on an isometric layout, it is at most one
     return patch.areas * gradient / np.maximum(np.abs(gradient), 1)
 

@@ -99,6 +99,12 @@ class Mesh:
         )
 
 
+def up_and_front(up_axis: int) -> tuple[Real, Real]:
+    """Return unit vectors (3,) up and to the front of a model, see `Mesh.up_axis`: y and z, or z and -y."""
+    rows = np.eye(3)
+    return (rows[1], rows[2]) if up_axis == 1 else (rows[2], -rows[1])
+
+
 def merge(meshes: Sequence[Mesh], name: str) -> Mesh:
     """Join several meshes of one file, with vertices and faces one after the other, and normals if all have some."""
     firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..arrays import Complex, Real
+from .mesh import up_and_front
 from .patch import Patch
 
 LEAST_FACING_SHARE = 0.3
@@ -39,14 +40,8 @@ def views(source: Patch, target: Patch) -> tuple[Viewpoint, Viewpoint]:
 
 
 def _view(patch: Patch, side: int) -> Viewpoint:
-    above, front = _axes(patch)
+    above, front = up_and_front(patch.mesh.up_axis)
     return Viewpoint(-side * front, side * above) if side else Viewpoint(above, front)
-
-
-def _axes(patch: Patch) -> tuple[Real, Real]:
-    """Return unit vectors up and to the front of a model: y and z, or z and -y."""
-    rows = np.eye(3)
-    return (rows[1], rows[2]) if patch.mesh.up_axis == 1 else (rows[2], -rows[1])
 
 
 def _side(patch: Patch) -> int:
@@ -54,5 +49,6 @@ def _side(patch: Patch) -> int:
     a, b, c = np.moveaxis(patch.points[patch.faces], 1, 0)
     normals = np.cross(b - a, c - a)
     area = np.linalg.norm(normals, axis=1).sum()
-    up, front = (float(normals.sum(axis=0) @ axis) / max(area, 1e-300) for axis in _axes(patch))
+    axes = up_and_front(patch.mesh.up_axis)
+    up, front = (float(normals.sum(axis=0) @ axis) / max(area, 1e-300) for axis in axes)
     return int(np.sign(up)) if abs(up) > max(LEAST_FACING_SHARE, abs(front)) else 0

@@ -10,6 +10,7 @@ from ...arrays import Index, Real
 from ...errors import InputError
 from ...maps.approximation import AnyMap
 from ...maps.extended_inverse import ExtendedInverse
+from ...meshes.mesh import up_and_front
 from ...meshes.render import axes_towards, render
 from ...pixels.checkerboard import checkerboard
 from ...pixels.sampler import Sampler
@@ -62,7 +63,7 @@ def write(path: Path, parts: Sequence[Textured], sampler: Sampler | None, up_axi
 
 def view_axes(up_axis: int) -> list[Real]:
     """Return the view axes (3, 3) of the four sides, see `meshes.render.axes_towards`."""
-    up, front = np.eye(3)[up_axis], np.eye(3)[2] if up_axis == 1 else -np.eye(3)[1]
+    up, front = up_and_front(up_axis)
     right, above = np.cross(up, front), np.radians(HEIGHT_DEGREES)
     around = np.radians(SIDES_DEGREES)
     return [
