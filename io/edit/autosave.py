@@ -17,7 +17,7 @@ from ..run.job import Job
 from ..shapes.starts import StartingMap
 from ..spec import path_of
 from .messages import Scene
-from .session import Session
+from .session import Left, Session
 
 
 class Unsaved(StrictModel):
@@ -74,7 +74,7 @@ def offer(session: Session, unsaved: Unsaved | None) -> None:
     """Have the page ask whether to restore unsaved changes from an earlier session."""
     if unsaved is None or unsaved.scene == session.pair.first:
         return
-    session.unsaved_scene, session.unsaved_when = unsaved.scene, unsaved.when
+    session.left = Left(unsaved.scene, unsaved.when)
     if unsaved.start:
         with suppress(InputError):  # the files have changed: start from scratch
             session.begin(unsaved.scene, unsaved.start)
@@ -86,10 +86,10 @@ def keep(session: Session, scene: Scene, port: int, token: str) -> None:
     Raises:
         InputError: the file cannot be written.
     """
-    if scene == session.unsaved_scene:
-        session.unsaved_scene = None
+    if session.left and scene == session.left.scene:
+        session.left = None
     if scene == session.saved:
-        if not session.unsaved_scene:
+        if not session.left:
             forget(session.pair.job)
         return
     unsaved = Unsaved(scene=scene, start=session.start(scene), when=datetime.now(UTC), port=port, token=token)

@@ -349,7 +349,7 @@ class _Link:
 
     def _forget(self) -> dict[str, Any]:
         session = self._session
-        session.unsaved_scene = None
+        session.left = None
         self._keep(session.scene)
         return {}
 

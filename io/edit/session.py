@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -79,6 +79,18 @@ _Content = tuple[dict[str, Any], TriangulatedMap | None]
 """What a file of constraints holds: pins, strokes and rigid regions, and the map to continue from."""
 
 
+class Left(NamedTuple):
+    """What an earlier session on this computer left unsaved.
+
+    Attributes:
+        scene: its pins and strokes.
+        when: time of the last change.
+    """
+
+    scene: Scene
+    when: datetime
+
+
 class Session:
     """A pair of shapes being edited. One call each of `follow`, `answer` and `compare` may run at the same time."""
 
@@ -91,8 +103,7 @@ class Session:
         self.pair = Pair(job)
         self.view = PageView(self.pair)
         self.scene = self.saved = self.pair.first
-        self.unsaved_scene: Scene | None = None
-        self.unsaved_when: datetime | None = None
+        self.left: Left | None = None
         self.written: set[str] = set()
         self._files: tuple[_Content, dict[str, str]] | None = None
         self._fit: Fit | None = None
@@ -110,8 +121,7 @@ class Session:
 
     def take_over(self, previous: Session) -> None:
         """Take over the edits from a session with the same shapes and another texture."""
-        self.scene, self.saved = previous.scene, previous.saved
-        self.unsaved_scene, self.unsaved_when = previous.unsaved_scene, previous.unsaved_when
+        self.scene, self.saved, self.left = previous.scene, previous.saved, previous.left
         self.written, self._choices, self._files = previous.written, previous._choices, previous._files
 
     def note_files(self, scene: Scene, fields: dict[str, str]) -> None:
@@ -149,9 +159,9 @@ class Session:
 
     def describe(self) -> dict[str, Any]:
         """Return what the page needs to know before it draws: the pair, and the scenes."""
-        scenes = {"scene": self.scene, "saved": self.saved, "left": self.unsaved_scene}
+        scenes = {"scene": self.scene, "saved": self.saved, "left": self.left and self.left.scene}
         dumped = {name: _dumped(scene) for name, scene in scenes.items()}
-        when = self.unsaved_when.isoformat() if self.unsaved_when else ""
+        when = self.left.when.isoformat() if self.left else ""
         return as_json({**self.view.describe(), **dumped, "left_when": when})
 
     def begin(self, scene: Scene, start: StartingMap) -> None:

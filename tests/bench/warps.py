@@ -121,7 +121,7 @@ def compare(size, rounds, exact):
     """Print a line for each command."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        # In a process of its own, since the memory of commands is counted from that of the process that starts them.
+        # The memory that is measured for a command is at least that of this process, so arrays are made in another one.
         writer = multiprocessing.get_context("spawn").Process(target=write_inputs, args=(folder, size))
         writer.start()
         writer.join()

@@ -32,9 +32,9 @@ def test_what_was_not_saved_is_there_again_with_the_map_it_goes_on_from(shapes, 
     again, left = Session(JOB), autosave.read(JOB)
     autosave.offer(again, left)
     assert (left.port, left.token) == AT and again.scene == again.pair.first
-    said = again.describe()
-    assert said["left"] == SCENE.model_dump(mode="json")
-    assert datetime.fromisoformat(said["left_when"]) == left.when
+    described = again.describe()
+    assert described["left"] == SCENE.model_dump(mode="json")
+    assert datetime.fromisoformat(described["left_when"]) == left.when
     again.solve(SCENE)
     assert np.array_equal(again._map.image, edited._map.image)
     if os.name != "nt":
@@ -86,7 +86,7 @@ def test_what_is_offered_stays_until_it_is_taken_or_forgotten(shapes):
     autosave.offer(edited, autosave.read(JOB))
     autosave.keep(edited, edited.pair.first, *AT)  # nothing has been changed yet
     assert autosave.read(JOB).scene == SCENE
-    edited.unsaved_scene = None
+    edited.left = None
     autosave.keep(edited, edited.pair.first, *AT)
     assert autosave.read(JOB) is None
 

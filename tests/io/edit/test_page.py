@@ -506,8 +506,8 @@ def test_nothing_is_lost_when_the_page_is_loaded_again_or_the_server_dies(page):
     edited.driver.get(edited.address)
     edited.wait("globalThis.iccm")
     assert edited.settled() == "full" and not edited.scene["pins"]
-    said = edited.js("document.getElementById('left-what').textContent")
-    assert "1 pin " in said and str(datetime.now().year) in said
+    banner = edited.js("document.getElementById('left-what').textContent")
+    assert "1 pin " in banner and str(datetime.now().year) in banner
     edited.js("document.getElementById('go-on').click()")
     assert edited.settled() == "full" and edited.scene["pins"] == pins[:1]
     edited.driver.get_log("browser")  # the log contains that the server was away
