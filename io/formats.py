@@ -120,6 +120,7 @@ class Format:
 
 _JPEG = Format(PictureFormat("display", (8,), alpha=False, hidden=False, encoder="jpeg:95"))
 _TIFF = Format(PictureFormat(), stmap=True)
+TIFF_SUFFIXES = (".tif", ".tiff")
 READ_ONLY = (".gif", ".jp2", ".j2k", ".ppm", ".pgm", ".pbm", ".pnm", ".dds", ".avif", ".heic", ".heif")
 """Suffixes of pictures that can be read but not written."""
 # All other picture formats listed here are lossless within their description; OpenImageIO supports more, which lose
@@ -128,8 +129,7 @@ FORMATS = {
     ".png": Format(PictureFormat("display", named=True), plot=True),
     ".jpg": _JPEG,
     ".jpeg": _JPEG,
-    ".tif": _TIFF,
-    ".tiff": _TIFF,
+    **dict.fromkeys(TIFF_SUFFIXES, _TIFF),
     ".exr": Format(PictureFormat("linear", (), hidden=False, named=True, profile=False), stmap=True),
     ".webp": Format(PictureFormat("display", (8,), grey=False, hidden=False, encoder="lossless")),
     ".hdr": Format(PictureFormat("linear", (), grey=False, alpha=False, hidden=False, profile=False)),

@@ -14,7 +14,6 @@ from ...saved.georeference import Affine, Georeference
 from .. import extras, files, formats, limits
 from ..isolated import process, readers
 
-TIFF_SUFFIXES = (".tif", ".tiff")
 GEOTIFF_TAGS = 33550, 33922, 34264, 34735
 """Of TIFF: pixel scale, tie points, transformation, and the directory of keys."""
 
@@ -28,7 +27,7 @@ def read(path: Path) -> tuple[Georeference | None, str]:
 
     The file's coordinates are pixels, y down, from the upper left corner.
     """
-    if formats.suffix_of(path) in TIFF_SUFFIXES and has_geotiff_tags(path):
+    if formats.suffix_of(path) in formats.TIFF_SUFFIXES and has_geotiff_tags(path):
         try:
             place = _of_geotiff(path, f"{path}: reading where it lies on a map")
         except InputError as error:

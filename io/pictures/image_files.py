@@ -101,7 +101,7 @@ def read(
             )
     with silence():
         image = _read(path, max_pixels, colorspace, room or Memory(), several)
-    is_tiff = formats.suffix_of(path) in rasters.TIFF_SUFFIXES
+    is_tiff = formats.suffix_of(path) in formats.TIFF_SUFFIXES
     return _with_mask(image, path) if is_tiff and image.alpha < 0 else image
 
 
@@ -270,7 +270,7 @@ def check(path: str | Path, like: Image, height: int, width: int) -> None:
     if formats.of(path).picture is None or formats.suffix_of(path) in formats.READ_ONLY:
         raise _unknown(path)
     raster, suffix = like.raster, formats.suffix_of(path)
-    is_tiff = suffix in rasters.TIFF_SUFFIXES
+    is_tiff = suffix in formats.TIFF_SUFFIXES
     if raster and not is_tiff and (raster.halves or (raster.dtype.kind == "i" and not raster.labels)):
         raise InputError(f"{path}: {suffix} cannot hold the {raster.dtype} numbers of the texture; use .tif")
     side, channels, dtype = max(height, width), like.pixels.shape[2], like.pixels.dtype
@@ -329,7 +329,7 @@ def write_bands(path: str | Path, like: Image, height: int, width: int, blocks: 
         height, width: size of the whole picture.
         blocks: consecutive rows of pixels.
     """
-    if like.raster and formats.suffix_of(path) in rasters.TIFF_SUFFIXES:
+    if like.raster and formats.suffix_of(path) in formats.TIFF_SUFFIXES:
         rasters.write(Path(path), like, blocks, like.alpha, same_grid=False)
         return
     row, format = 0, formats.picture(path)
@@ -450,7 +450,7 @@ def losses(path: str | Path, image: Image) -> list[str]:
         image: the picture as it was read.
     """
     format, suffix, raster = formats.picture(path), formats.suffix_of(path), image.raster
-    if raster and suffix in rasters.TIFF_SUFFIXES:
+    if raster and suffix in formats.TIFF_SUFFIXES:
         return []
     notes = list[str]()
     if raster and raster.nodata is not None and image.alpha >= 0:

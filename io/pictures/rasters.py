@@ -27,7 +27,6 @@ from ..quiet_stderr import silence
 from .image import Image, error_of
 from .raster import HALF, INTEGERS, Raster
 
-TIFF_SUFFIXES = (".tif", ".tiff")
 NODATA_TAG, METADATA_TAG = 42113, 42112
 """Of GDAL: the value that stands for no data, and XML with names of bands."""
 ROLES_OF_BANDS = ("description", "unittype", "scale", "offset")
@@ -58,7 +57,7 @@ def read(name: str | Path, *, max_pixels: int = limits.READ_PIXELS, nearest: boo
     """
     path = open_input(name)
     suffix = formats.suffix_of(path)
-    if suffix in TIFF_SUFFIXES:
+    if suffix in formats.TIFF_SUFFIXES:
         return _read_tiff(path, str(name), max_pixels, nearest)
     return _labels_of_png(path, str(name), max_pixels) if suffix == ".png" and nearest else None
 

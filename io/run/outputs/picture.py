@@ -58,7 +58,7 @@ class Picture(Output):
 
     def _keeps_numbers(self, run: Run) -> bool:
         """Return whether the picture is one of numbers, and written in a format that keeps them."""
-        return run.image.raster is not None and formats.suffix_of(self.name) in georeferenced.TIFF_SUFFIXES
+        return run.image.raster is not None and formats.suffix_of(self.name) in formats.TIFF_SUFFIXES
 
     def check(self, run: Run) -> None:
         """Check the canvas, the texture, memory, and the format."""
@@ -151,7 +151,7 @@ class Picture(Output):
 
     def _note_place(self, run: Run, suffix: str) -> None:
         """Note that the picture does not say where it lies on a map, if the target does and no other output does."""
-        if run.target.georeference is None or suffix in georeferenced.TIFF_SUFFIXES:
+        if run.target.georeference is None or suffix in formats.TIFF_SUFFIXES:
             return
         if not any(formats.of(name).world for name in run.job.output):
             cure = "use .tif, or also write a world file (-o FILE.pgw)"
@@ -160,7 +160,7 @@ class Picture(Output):
     def _georeference(self, run: Run, path: Path) -> None:
         """Say in a TIFF where it lies on a map, if the target does."""
         place = run.target.georeference
-        if place is None or formats.suffix_of(self.name) not in georeferenced.TIFF_SUFFIXES:
+        if place is None or formats.suffix_of(self.name) not in formats.TIFF_SUFFIXES:
             return
         try:
             georeferenced.write(path, canvas_transform(run), place.crs)

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import ClassVar
 
 from ....errors import InputError, naming
-from ... import files, limits
+from ... import files, formats, limits
 from .pairs import Axes, LandmarkPairs
 
 FORMATS = {
     ".csv": "bigwarp.BigWarp",
     ".points": "qgis.Qgis",
     ".tps": "tps_pairs.TpsPairs",
-    **dict.fromkeys((".tif", ".tiff"), "control_points.ControlPoints"),
+    **dict.fromkeys(formats.TIFF_SUFFIXES, "control_points.ControlPoints"),
 }
 """Module and class of each format, by its suffix."""
 
